@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::uint32_t kLeastGaussians = 5000;
 constexpr std::uint32_t kLeastSide = 32;  ///< pixels of a view
+constexpr std::uint32_t kMostFactor = 64;
 
 /// A pair beyond those that a rasterizer begins with: two entries with their slots, a record of its gradient, a rank.
 constexpr double kPairBytes = 76;
@@ -33,11 +34,10 @@ std::string megabytes(std::uint64_t bytes) {
 FitMemory fit_memory(const FitCosts& costs, std::span<const data::PosedPhoto> photos,
                      std::uint32_t gaussians, std::uint32_t factor) {
     std::set<std::pair<std::uint64_t, std::uint64_t>> sizes;  // pixels and tiles
-    std::uint64_t fitted = 0, all = 0;                        // pixels
+    std::uint64_t fitted = 0;                                 // pixels
     for (const data::PosedPhoto& photo : photos) {
         const std::uint64_t width = photo.width / factor, height = photo.height / factor;
         sizes.insert({width * height, ceil_div(width, 16) * ceil_div(height, 16)});
-        all += width * height;
         fitted += photo.held_out ? 0 : width * height;
     }
     const double count = gaussians;
@@ -57,14 +57,17 @@ FitMemory fit_memory(const FitCosts& costs, std::span<const data::PosedPhoto> ph
         needs.loss += whole(costs.loss_pixel * pixels);
     }
     needs.blocks = vk::MemoryDesc().block_bytes;
-    // A state is about as large as what it is read from.
-    needs.host = 4 * all + fitted + whole(costs.gaussian * count);
+    // Photographs of half the sides, and a state, which is about as large as what it is read from.
+    needs.host =
+        whole(costs.photo_pixel * static_cast<double>(fitted) / 4 + costs.gaussian * count);
     return needs;
 }
 
 Result<MemoryPlan> plan_memory(const FitCosts& costs, std::span<const data::PosedPhoto> photos,
-                               std::uint32_t wanted, std::uint64_t bytes, bool is_cpu) {
+                               std::uint64_t bytes, bool is_cpu, const MemoryWish& wish) {
     MemoryPlan plan;
+    plan.factor = wish.factor;
+    const std::uint32_t wanted = wish.gaussians;
     const auto fits = [&](std::uint32_t gaussians) {
         plan.gaussians = gaussians;
         plan.needs = fit_memory(costs, photos, gaussians, plan.factor);
@@ -72,11 +75,12 @@ Result<MemoryPlan> plan_memory(const FitCosts& costs, std::span<const data::Pose
     };
     std::uint32_t side = UINT32_MAX;
     for (const data::PosedPhoto& photo : photos) side = std::min({side, photo.width, photo.height});
-    const std::uint32_t least = std::min(wanted, std::max(wanted / 4, kLeastGaussians));
+    const std::uint32_t least =
+        std::min(wanted, std::max({wanted / 4, kLeastGaussians, wish.least}));
     for (;; plan.factor *= 2) {
         if (fits(wanted)) return plan;
         if (fits(least)) break;
-        if (side / (2 * plan.factor) < kLeastSide)
+        if (2 * plan.factor > kMostFactor || side / (2 * plan.factor) < kLeastSide)
             return error(
                 Code::kOutOfDeviceMemory,
                 "the fit needs about %s%s even with %u Gaussians and 1/%u of the "
@@ -111,8 +115,8 @@ std::uint64_t memory_left(vk::Context& context) {
 }
 
 // The parts of a fit are measured by small ones, as all of them are proportional to Gaussians and pixels.
-Result<FitCosts> Fitter::costs(vk::Context& context, std::uint32_t sh_degree, bool maps,
-                               bool poses) {
+Result<FitCosts> Fitter::costs(vk::Context& context, std::uint32_t sh_degree, bool maps, bool poses,
+                               bool exposure) {
     struct Taken {
         double set, drawn, loss;
     };
@@ -126,7 +130,8 @@ Result<FitCosts> Fitter::costs(vk::Context& context, std::uint32_t sh_degree, bo
         if (maps) photo.nearness = {0};
         SPLAT_ASSIGN(const auto small, create(context, {.photos = {std::move(photo)},
                                                         .schedule = Schedule::of_steps(desc, 1),
-                                                        .refine_poses = poses}));
+                                                        .refine_poses = poses,
+                                                        .refine_exposure = exposure}));
         const double set = live() - before;
         SPLAT_ASSIGN(Canvas* const made, small->canvas(side, side, true, 1));
         const auto drawn = static_cast<double>(made->rasterizer->workspace().bytes());

@@ -15,7 +15,7 @@ struct FitMemory {
     std::uint64_t rasterizer = 0;
     std::uint64_t loss = 0;
     std::uint64_t blocks = 0;  ///< unused parts of what the device is asked for
-    std::uint64_t host = 0;    ///< photographs, and a state while it is saved
+    std::uint64_t host = 0;    ///< reduced photographs, and a state while it is saved
 
     [[nodiscard]] std::uint64_t device() const {
         return photographs + gaussians + rasterizer + loss + blocks;
@@ -27,6 +27,13 @@ struct FitMemory {
 FitMemory fit_memory(const FitCosts& costs, std::span<const data::PosedPhoto> photos,
                      std::uint32_t gaussians, std::uint32_t factor);
 
+/// What a fit has where there is memory for it.
+struct MemoryWish {
+    std::uint32_t gaussians = 0;
+    std::uint32_t least = 0;   ///< Gaussians of a scene to begin with
+    std::uint32_t factor = 1;  ///< divides the sides of photographs
+};
+
 /// What a fit does to keep to its memory.
 struct MemoryPlan {
     std::uint32_t gaussians = 0;  ///< most of them
@@ -34,13 +41,13 @@ struct MemoryPlan {
     FitMemory needs;
 };
 
-/// The most Gaussians, up to `wanted`, with which the fit takes `bytes`, on CPU devices together with the host's part;
-/// at a lower resolution where a quarter of them, or 5,000, are too many.
+/// The most Gaussians, up to those of the wish, with which the fit takes `bytes`, on CPU devices together with the
+/// host's part; at a lower resolution where a quarter of them, 5,000, or the least ones, are too many.
 ///
-/// Errors       kOutOfDeviceMemory if a quarter of them at the least resolution takes more
+/// Errors       kOutOfDeviceMemory if these at the least resolution (views of 32 pixels, a factor of 64) take more
 /// Determinism  depends on the arguments alone
 Result<MemoryPlan> plan_memory(const FitCosts& costs, std::span<const data::PosedPhoto> photos,
-                               std::uint32_t wanted, std::uint64_t bytes, bool is_cpu);
+                               std::uint64_t bytes, bool is_cpu, const MemoryWish& wish);
 
 /// Bytes that there are for a fit: those of the device's budget that nothing uses; on CPU devices at most those that
 /// the host can give.

@@ -150,11 +150,17 @@ Status check_strategy(const FitOptions& o) {
           std::pair("scale_weight", s.scale_weight), std::pair("rate", s.rate)})
         if (!std::isfinite(value) || value < 0)
             return invalid("%s is %g, expected a number of 0 or more", name, value);
+    if (o.strategy == "mcmc" && s.skip_unseen)
+        return invalid(
+            "skip_unseen is true, but the regularisers of mcmc move unseen Gaussians, too: "
+            "expected false, or the strategy split");
     return in_range("growth_every", s.growth_every, 1, kMostSteps);
 }
 
 Status check(const FitOptions& o) {
     if (o.data.empty()) return invalid("no data, expected a folder of photographs");
+    if (o.cameras != "auto" && o.cameras != "colmap" && o.cameras != "transforms")
+        return invalid("cameras is '%s', expected auto, colmap or transforms", o.cameras.c_str());
     if (o.init == "depth" && o.depth.empty())
         return invalid("init is depth, expected a folder of depth maps, too");
     for (const auto& [name, weight] :
@@ -167,7 +173,8 @@ Status check(const FitOptions& o) {
     SPLAT_TRY(in_range("sh_degree", o.sh_degree, 0, scene::kMaxShDegree));
     SPLAT_TRY(in_range("seed", o.seed, 0, kMostSeed));
     SPLAT_TRY(in_range("memory", o.memory, 0, UINT64_MAX >> 1));
-    SPLAT_TRY(in_range("memory_gaussians", o.memory_gaussians, 0, UINT32_MAX));
+    if (o.memory_gaussians != 0)
+        SPLAT_TRY(in_range("memory_gaussians", o.memory_gaussians, 2, UINT32_MAX));
     SPLAT_TRY(in_range("memory_downscale", o.memory_downscale, 0, 64));
     if (o.max_gaussians != 0) SPLAT_TRY(in_range("max_gaussians", o.max_gaussians, 2, UINT32_MAX));
     if (!std::isfinite(o.seconds) || o.seconds < 0)
@@ -175,14 +182,30 @@ Status check(const FitOptions& o) {
     return check_strategy(o);
 }
 
+/// Refuse an option of that name which is given to a fit in which it changes nothing.
+Status check_effect(const FitOptions& o, const char* name) {
+    const auto is = [name](auto... names) { return ((std::string_view(name) == names) || ...); };
+    const char* lacks = nullptr;
+    if (is("depth_weight", "depth_is_distance") && o.depth.empty()) lacks = "depth maps";
+    if (is("normal_weight") && o.normals.empty()) lacks = "maps of normals";
+    if (is("mcmc_noise", "opacity_weight", "scale_weight") && o.strategy != "mcmc")
+        lacks = "the strategy mcmc";
+    if (lacks == nullptr) return {};
+    return invalid("%s is given, but changes nothing without %s", name, lacks);
+}
+
 }  // namespace
 
 Result<FitOptions> options_of(const FitDesc& given) {
     FitOptions options;
-    SPLAT_TRY(each_wanted(options, given, [](const char*, auto& value, const auto& wanted) {
-        if (wanted) value = *wanted;
+    std::vector<const char*> names;
+    SPLAT_TRY(each_wanted(options, given, [&](const char* name, auto& value, const auto& wanted) {
+        if (!wanted) return;
+        value = *wanted;
+        names.push_back(name);
     }));
     SPLAT_TRY(check(options));
+    for (const char* const name : names) SPLAT_TRY(check_effect(options, name));
     if (options.steps != 0 && options.seconds > 0)
         return invalid("seconds is %g and steps %llu, expected one of them", options.seconds,
                        llu(options.steps));
@@ -197,7 +220,11 @@ Result<FitOptions> options_of_run(const std::string& config, const FitDesc& give
     std::string lacks, differs;
     SPLAT_TRY(each_wanted(options, given, [&](const char* name, auto& value, const auto& wanted) {
         if (!take(json[name], value) && lacks.empty()) lacks = name;
-        if (wanted && *wanted != value && differs.empty()) differs = name;
+        if (!wanted || *wanted == value) return;
+        if (std::string_view(name) == "memory")  // the steps depend on what it was cut to
+            value = *wanted;
+        else if (differs.empty())
+            differs = name;
     }));
     if (!lacks.empty() || options.steps == 0)
         return damaged("'%s' has no '%s': the run is no fit", config.c_str(),

@@ -30,6 +30,7 @@ struct FitOptions {
     std::uint64_t seed = 0;
     std::uint64_t memory = 0;  ///< most bytes on the device; 0: what it has
     /// Most Gaussians for that, and what divides the sides of photographs, besides downscale; 0 until they are chosen.
+    /// Given for a new fit, they bound what is chosen; both together, as a run's config.json has them, repeat its fit.
     std::uint64_t memory_gaussians = 0, memory_downscale = 0;
     bool refine_poses = false, refine_exposure = false;
     std::string strategy = "split";  ///< or "mcmc"
@@ -48,11 +49,11 @@ struct FitDesc {
 };
 
 /// The options of a new fit; without steps, for 60 seconds. Errors: kInvalidArgument for a number out of its range, no
-/// data, both steps and seconds.
+/// data, both steps and seconds, and for what is given but changes nothing, such as a weight of maps without maps.
 Result<FitOptions> options_of(const FitDesc& given);
 
 /// The options of a run that is resumed. Errors: kFormat for a file that is not the configuration of a fit;
-/// kInvalidArgument for a given option that differs from the run's.
+/// kInvalidArgument for a given option that differs from the run's; only `memory` may.
 Result<FitOptions> options_of_run(const std::string& config, const FitDesc& given);
 
 /// Text of a run's config.json.

@@ -25,18 +25,22 @@ Status FitTask::sparing(const std::function<Status()>& body) {
             how = fitter_->spare();
             return {};
         }));
-        if (how.empty())
-            return {done.code(),
-                    format("memory for step %llu: %s; the run can be resumed where there is more",
-                           llu(steps_), done.message().c_str())};
+        if (how.empty()) return done;
         if (!spared_.empty()) spared_ += "; ";
         spared_ += "memory runs out: " + how;
     }
 }
 
+Status FitTask::explained(const Status& done) const {
+    if (done.code() != Code::kOutOfDeviceMemory) return done;
+    return {done.code(),
+            format("memory for step %llu: %s; the run can be resumed where there is more",
+                   llu(steps_), done.message().c_str())};
+}
+
 Status FitTask::step(run::Step& step) {
     FitStep done;
-    SPLAT_TRY(sparing([&] { return fitter_->step(steps_, attempts_, done); }));
+    SPLAT_TRY(explained(sparing([&] { return fitter_->step(steps_, attempts_, done); })));
     ++attempts_;
     step.notice = std::exchange(spared_, {});
     if (done.skipped) {
@@ -70,8 +74,7 @@ double FitTask::fraction() const {
 }
 
 std::uint32_t FitTask::degree() const {
-    if (steps_ == 0) return 0;
-    return fitter_->schedule().at(steps_ - 1).degree;
+    return fitter_->schedule().at(steps_ > 0 ? steps_ - 1 : 0).degree;
 }
 
 Status FitTask::begin_validation(const std::vector<run::NamedWeights>&) {
@@ -81,12 +84,9 @@ Status FitTask::begin_validation(const std::vector<run::NamedWeights>&) {
 
 Status FitTask::validate(std::uint32_t piece, run::Piece& done) {
     const data::PosedPhoto& photo = held_out_[piece];
-    std::vector<float> image;
-    SPLAT_TRY(sparing([&]() -> Status {
-        SPLAT_SET(image, fitter_->draw(photo.camera, degree()));
-        return {};
-    }));
-    SPLAT_TRY(score_photo(photo, std::move(image), 0, done));
+    auto image = on_device([&] { return fitter_->draw(photo.camera, degree()); });
+    SPLAT_TRY(explained(image.status()));
+    SPLAT_TRY(score_photo(photo, std::move(image.value()), 0, done));
     scores_.resize(piece);  // without those of a piece that is done again
     scores_.push_back(done.scores);
     return {};

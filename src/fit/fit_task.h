@@ -68,10 +68,15 @@ class FitTask : public run::Task {
     }
     /// The same again with less, as long as memory runs out.
     Status sparing(const std::function<Status()>& body);
+    /// Says of memory that ran out in a run what can be done.
+    [[nodiscard]] Status explained(const Status& done) const;
 
-    Result<data::PosedPhotos> load_photos() const;
     Status open_data(run::Messages& messages);
-    Status choose_memory(std::vector<data::PosedPhoto>& fitted, ScheduleDesc& desc,
+    Status choose_memory(std::vector<data::PosedPhoto>& fitted, Priors& priors, ScheduleDesc& desc,
+                         run::Messages& messages);
+    Status cut_memory(const FitCosts& costs, std::span<const data::PosedPhoto> sizes,
+                      std::uint32_t wanted, std::uint64_t left, run::Messages& messages);
+    Status reduce_photos(std::vector<data::PosedPhoto>& fitted, Priors& priors, ScheduleDesc& desc,
                          run::Messages& messages);
     Status choose_steps(run::Messages& messages);
     // fit_task_first.cpp
@@ -99,6 +104,7 @@ class FitTask : public run::Task {
     std::uint64_t limit_ = ~std::uint64_t{0};  ///< most bytes of the device in use
     std::string spared_;                       ///< what the next step tells
     std::unique_ptr<Fitter> fitter_;
+    bool resumed_ = false;
     std::uint64_t steps_ = 0, attempts_ = 0;
     std::vector<run::Numbers> scores_;  ///< scores of the validation that goes on
     std::unique_ptr<OnDevice> left_;    ///< made beforehand, because a destructor must not fail

@@ -103,8 +103,9 @@ std::size_t FitTask::first_count() const {
 Status FitTask::check_first() const {
     const std::uint32_t most = fitter_->schedule().most_gaussians();
     if (!first_ || first_->count() <= most) return {};
-    return invalid("'%s' has %zu Gaussians, but the fit takes at most %u: raise max_gaussians",
-                   options_.init.c_str(), first_->count(), most);
+    return invalid("'%s' has %zu Gaussians, but the fit takes at most %u: raise %s",
+                   options_.init.c_str(), first_->count(), most,
+                   most == options_.memory_gaussians ? "memory_gaussians" : "max_gaussians");
 }
 
 Status FitTask::place_first() {

@@ -6,6 +6,7 @@
 #include "core/checked_math.h"
 #include "core/json_writer.h"
 #include "core/number_in.h"
+#include "core/shown.h"
 #include "fit/fit_task.h"
 #include "io/compress.h"
 #include "io/file.h"
@@ -44,21 +45,36 @@ Schedule schedule_of(const ScheduleDesc& desc, std::uint64_t steps) {
 
 }  // namespace
 
-Result<data::PosedPhotos> FitTask::load_photos() const {
-    // Threads that read photographs hold no mutex, so they compare counts. The holder of one knows of the time before.
-    const std::uint64_t before = context_->mutex.interrupt().count();
-    SPLAT_TRY(context_->mutex.call([] { return Status(); }));
-    data::PosedPhotosOptions options = photos_of(options_);
-    options.progress = [&](std::size_t, std::size_t) -> Status {
-        if (context_->mutex.interrupt().count() == before) return {};
-        return error(Code::kCancelled, "splat_device_cancel ended the reading of photographs");
-    };
-    return data::load_posed_photos(options_.data, options);
+/// Cut the fit to what there is.
+Status FitTask::cut_memory(const FitCosts& costs, std::span<const data::PosedPhoto> sizes,
+                           std::uint32_t wanted, std::uint64_t left, run::Messages& messages) {
+    const bool bound = options_.memory != 0;
+    const bool shared = !bound && context_->device().info().kind == vk::DeviceKind::kCpu;
+    const std::uint64_t there = bound ? std::min(options_.memory, left) : left;
+    const MemoryWish wish{wanted, first_ ? static_cast<std::uint32_t>(first_->count()) : 0,
+                          static_cast<std::uint32_t>(options_.memory_downscale)};
+    SPLAT_ASSIGN(const MemoryPlan plan, plan_memory(costs, sizes, there, shared, wish));
+    const std::string lack = megabytes(there);
+    if (plan.gaussians < wanted) {
+        options_.memory_gaussians = plan.gaussians;
+        messages.push_back({format("warning: at most %u Gaussians instead of %u, for which %s are "
+                                   "too little memory",
+                                   plan.gaussians, wanted, lack.c_str()),
+                            true});
+    }
+    if (plan.factor > options_.memory_downscale) {
+        options_.memory_downscale = plan.factor;
+        messages.push_back({format("warning: the sides of photographs are divided by %u, as %s are "
+                                   "too little memory for more",
+                                   plan.factor, lack.c_str()),
+                            true});
+    }
+    return {};
 }
 
 /// Estimate what the fit takes of the device, and, in a new run, cut it to what there is.
-Status FitTask::choose_memory(std::vector<data::PosedPhoto>& fitted, ScheduleDesc& desc,
-                              run::Messages& messages) {
+Status FitTask::choose_memory(std::vector<data::PosedPhoto>& fitted, Priors& priors,
+                              ScheduleDesc& desc, run::Messages& messages) {
     std::uint64_t left = 0;
     auto measured = on_device([&]() -> Result<FitCosts> {
         SPLAT_TRY(context_->device().alive());
@@ -66,57 +82,88 @@ Status FitTask::choose_memory(std::vector<data::PosedPhoto>& fitted, ScheduleDes
         limit_ = options_.memory == 0 ? limit_ : context_->memory().use().used + options_.memory;
         return Fitter::costs(*context_, desc.sh_degree,
                              !fitted[0].nearness.empty() || !fitted[0].normals.empty(),
-                             options_.refine_poses);
+                             options_.refine_poses, options_.refine_exposure);
     });
     SPLAT_ASSIGN(const FitCosts costs, std::move(measured));
+    // Both are given to repeat a fit.
+    const bool is_chosen =
+        resumed_ || (options_.memory_downscale != 0 && options_.memory_gaussians != 0);
+    std::uint64_t& factor = options_.memory_downscale;
+    factor = std::max<std::uint64_t>(factor, 1);
     std::vector<data::PosedPhoto> sizes;  // without pixels
     for (const auto* const photos : {&fitted, &held_out_})
         for (const data::PosedPhoto& photo : *photos) {
+            const std::uint32_t side = std::min(photo.width, photo.height);
+            if (factor > side)
+                return invalid(
+                    "memory_downscale is %llu, expected at most %u, the shorter side of "
+                    "'%s'",
+                    llu(factor), side, shown(photo.name).c_str());
             sizes.emplace_back().held_out = photo.held_out;
             sizes.back().width = photo.width;
             sizes.back().height = photo.height;
         }
-    const std::uint32_t wanted = schedule_of(desc, options_.steps).most_gaussians();
-    const auto factor = [this] { return static_cast<std::uint32_t>(options_.memory_downscale); };
-    if (factor() == 0) {
-        const bool bound = options_.memory != 0;
-        const bool shared = !bound && context_->device().info().kind == vk::DeviceKind::kCpu;
-        const std::uint64_t there = bound ? std::min(options_.memory, left) : left;
-        SPLAT_ASSIGN(const MemoryPlan plan, plan_memory(costs, sizes, wanted, there, shared));
-        options_.memory_downscale = plan.factor;
-        options_.memory_gaussians = plan.gaussians < wanted ? plan.gaussians : 0;
-        if (plan.gaussians < wanted)
-            messages.push_back({format("warning: at most %u Gaussians instead of %u, for which %s "
-                                       "are too little memory",
-                                       plan.gaussians, wanted, megabytes(there).c_str()),
-                                true});
-        if (plan.factor > 1)
-            messages.push_back({format("warning: the sides of photographs are divided by %u, as "
-                                       "%s are too little memory for more",
-                                       factor(), megabytes(there).c_str()),
-                                true});
-    }
+    std::uint32_t wanted = schedule_of(desc, options_.steps).most_gaussians();
+    if (options_.memory_gaussians != 0)
+        wanted = std::min(wanted, static_cast<std::uint32_t>(options_.memory_gaussians));
+    if (!is_chosen) SPLAT_TRY(cut_memory(costs, sizes, wanted, left, messages));
     if (options_.memory_gaussians != 0)
         desc.capacity = static_cast<std::uint32_t>(options_.memory_gaussians);
-    memory_ = fit_memory(costs, sizes, std::min(wanted, desc.capacity), factor());
+    memory_ = fit_memory(costs, sizes, std::min(wanted, desc.capacity),
+                         static_cast<std::uint32_t>(factor));
     messages.push_back({format(
         "the fit takes about %s of the device: photographs %s, Gaussians %s, rasterizer %s, loss "
-        "%s, unused %s; and %s of the host for photographs and states",
+        "%s, unused %s; and %s more of the host for reduced photographs and states",
         megabytes(memory_.device()).c_str(), megabytes(memory_.photographs).c_str(),
         megabytes(memory_.gaussians).c_str(), megabytes(memory_.rasterizer).c_str(),
         megabytes(memory_.loss).c_str(), megabytes(memory_.blocks).c_str(),
         megabytes(memory_.host).c_str())});
-    if (factor() == 1) return {};
+    return factor == 1 ? Status() : reduce_photos(fitted, priors, desc, messages);
+}
+
+/// Divide the sides of all photographs. Those that are left without a valid pixel are dropped.
+Status FitTask::reduce_photos(std::vector<data::PosedPhoto>& fitted, Priors& priors,
+                              ScheduleDesc& desc, run::Messages& messages) {
+    const auto factor = static_cast<std::uint32_t>(options_.memory_downscale);
+    const std::size_t all = fitted.size() + held_out_.size();
+    std::vector<std::string> empty;
+    const auto keep = [&](std::vector<data::PosedPhoto>& photos, auto also) {
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < photos.size(); ++i) {
+            data::PosedPhoto photo = data::reduce(photos[i], factor);
+            photos[i] = {};
+            if (std::ranges::all_of(photo.pixels, [](std::uint32_t p) { return p == 0; })) {
+                empty.push_back(photo.name);
+                continue;
+            }
+            also(i, kept);
+            photos[kept++] = std::move(photo);
+        }
+        photos.resize(kept);
+    };
+    keep(fitted, [&](std::size_t from, std::size_t to) {
+        priors.alignments[to] = priors.alignments[from];
+    });
+    keep(held_out_, [](std::size_t, std::size_t) {});
+    fitted_ = fitted.size();
+    priors.alignments.resize(fitted_);
+    if (!empty.empty()) {
+        const std::string lack = format(
+            "%zu of %zu photographs have no pixel that counts at 1/%u of their sides, such "
+            "as '%s'",
+            empty.size(), all, factor, shown(empty[0]).c_str());
+        if (fitted_ < 2) return damaged("'%s': %s", options_.data.c_str(), lack.c_str());
+        messages.push_back({lack + ", and are left out"});
+    }
     desc.pixels = 0;
-    for (auto* const photos : {&fitted, &held_out_})
-        for (data::PosedPhoto& photo : *photos) photo = data::reduce(photo, factor());
     for (const data::PosedPhoto& photo : fitted)
         desc.pixels += static_cast<double>(photo.pixels.size()) / static_cast<double>(fitted_);
     return {};
 }
 
 Status FitTask::open_data(run::Messages& messages) {
-    SPLAT_ASSIGN(data::PosedPhotos photos, load_photos());
+    SPLAT_ASSIGN(data::PosedPhotos photos,
+                 load_photos(*context_, options_.data, photos_of(options_)));
     for (const std::string& notice : photos.notices) messages.push_back({notice});
     if (options_.refine_poses)
         messages.push_back(
@@ -144,8 +191,9 @@ Status FitTask::open_data(run::Messages& messages) {
                       .pixels = pixels / static_cast<double>(fitted_),
                       .extent = frame_.extent,
                       .sh_degree = static_cast<std::uint32_t>(options_.sh_degree),
+                      .least_degree = first_ ? first_->sh_degree : 0,
                       .strategy = strategy_of(options_)};
-    SPLAT_TRY(choose_memory(fitted, desc, messages));
+    SPLAT_TRY(choose_memory(fitted, priors, desc, messages));
     Schedule schedule = schedule_of(desc, options_.steps);
     auto made = on_device([&]() -> Result<std::unique_ptr<Fitter>> {
         return Fitter::create(
@@ -160,8 +208,17 @@ Status FitTask::open_data(run::Messages& messages) {
 Status FitTask::choose_steps(run::Messages& messages) {
     if (options_.steps != 0) return {};
     SPLAT_TRY(place_first());
-    auto timed = on_device([&] { return fitter_->slowness(); });
-    SPLAT_ASSIGN(const double slowness, std::move(timed));
+    double slowness = 0;
+    SPLAT_TRY(sparing([&]() -> Status {
+        SPLAT_SET(slowness, fitter_->slowness());
+        return {};
+    }));
+    // Steps of fewer Gaussians or other sizes may have the memory that was missing.
+    spared_.clear();
+    SPLAT_TRY(on_device([&]() -> Status {
+        fitter_->set_spared({});
+        return {};
+    }));
     const ScheduleDesc desc = fitter_->schedule().desc();
     const double wanted = options_.seconds / slowness;
     options_.steps = Schedule::of_seconds(desc, std::min(wanted, kLongestSeconds)).steps();
@@ -180,7 +237,8 @@ Status FitTask::choose_steps(run::Messages& messages) {
 }
 
 Result<run::Plan> FitTask::prepare(const std::string* config, run::Messages& messages) {
-    if (config == nullptr)
+    resumed_ = config != nullptr;
+    if (!resumed_)
         SPLAT_SET(options_, options_of(given_));
     else
         SPLAT_SET(options_, options_of_run(*config, given_));

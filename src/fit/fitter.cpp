@@ -83,9 +83,8 @@ Status Fitter::load(const io::NamedTensors& state, std::uint64_t grown, const Sp
     SPLAT_TRY(refined.load(state));
     SPLAT_TRY(set_.load(state));
     refinement_ = std::move(refined);
-    canvases_.clear();  // made for what was spared before
     grown_ = grown;
-    spared_ = spared;
+    set_spared(spared);
     return {};
 }
 
@@ -293,11 +292,23 @@ Status Fitter::step(std::uint64_t step, std::uint64_t attempt, FitStep& done) {
 Result<std::vector<float>> Fitter::draw(const scene::Camera& camera, std::uint32_t sh_degree) {
     SPLAT_TRY(usable());
     SPLAT_TRY(check_size(camera.width, camera.height));
-    SPLAT_ASSIGN(Canvas* const to, canvas(camera.width, camera.height, canvases_grow_, 1));
-    SPLAT_ASSIGN(const raster::PackedViews views,
-                 raster::pack_views(to->rasterizer->desc(), {&camera, 1}, background_));
-    SPLAT_TRY(to->rasterizer->forward(set_.drawn(sh_degree), views));
-    return drawn_image(context_, *to->rasterizer);
+    const auto drawn = [&]() -> Result<std::vector<float>> {
+        SPLAT_ASSIGN(Canvas* const to, canvas(camera.width, camera.height, canvases_grow_, 1));
+        SPLAT_ASSIGN(const raster::PackedViews views,
+                     raster::pack_views(to->rasterizer->desc(), {&camera, 1}, background_));
+        SPLAT_TRY(to->rasterizer->forward(set_.drawn(sh_degree), views));
+        return drawn_image(context_, *to->rasterizer);
+    };
+    auto made = drawn();
+    if (made.status().code() != Code::kOutOfDeviceMemory) return made;
+    // Steps go on with what they had: only this view does with less.
+    struct Before {
+        Fitter& fitter;
+        Spared spared;
+        ~Before() { fitter.set_spared(spared); }
+    } const before{*this, spared_};
+    set_spared({set_.count(), 1});
+    return drawn();
 }
 
 Result<double> Fitter::slowness() {

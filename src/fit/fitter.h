@@ -70,7 +70,7 @@ class Fitter {
     /// Errors: also kUnsupported for more Gaussians or larger photographs than the device takes.
     static Result<std::unique_ptr<Fitter>> create(vk::Context& context, Desc desc);
     static Result<FitCosts> costs(vk::Context& context, std::uint32_t sh_degree, bool maps,
-                                  bool poses);
+                                  bool poses, bool exposure);
 
     /// Begin with these Gaussians, or with a state: `grown` and `spared` are those of the fitter that saved it.
     Status begin(const scene::Gaussians& scene) { return set_.begin(scene); }
@@ -83,11 +83,15 @@ class Fitter {
     /// Take less memory from here on, for a step that ran out of it. Returns how; empty if there is nothing to spare.
     std::string spare();
     [[nodiscard]] const Spared& spared() const { return spared_; }
+    void set_spared(const Spared& spared) {
+        canvases_.clear();  // made for what was spared before
+        spared_ = spared;
+    }
 
     /// Step number `step`, from 0; `attempt` chooses the views.
     Status step(std::uint64_t step, std::uint64_t attempt, FitStep& done);
 
-    /// Draw a view, [3,height,width] over the background.
+    /// Draw a view, [3,height,width] over the background. Where memory runs out it is tried again with less, alone.
     Result<std::vector<float>> draw(const scene::Camera& camera, std::uint32_t sh_degree);
 
     /// The photographs that are fitted, and the refined camera of one.

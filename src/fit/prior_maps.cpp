@@ -143,9 +143,9 @@ std::optional<PriorAlignment> aligned_to_points(const data::PosedPhoto& photo,
     // 4.685 lets in too many points that are hidden just behind what is seen.
     improve(pairs, std::max(2.5 * error / 0.385, 1e-6 * size), line);
     double sum = 0, count = 0;
-    for (const float nearness : photo.nearness) {
-        if (std::isnan(nearness)) continue;
-        sum += std::max(inverse_depth(line, nearness), 0.0);
+    for (std::size_t i = 0; i < photo.pixels.size(); ++i) {
+        if (!counts_at(photo, i) || std::isnan(photo.nearness[i])) continue;
+        sum += std::max(inverse_depth(line, photo.nearness[i]), 0.0);
         count += 1;
     }
     if (!(line.scale > 0 && sum > 0)) return {};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/shown.h"
 #include "eval/image_scores.h"
 #include "fit/fitter.h"
 #include "scene/arrays.h"
@@ -25,6 +26,19 @@ std::vector<std::uint8_t> valid_pixels(const data::PosedPhoto& photo, double bor
 }
 
 }  // namespace
+
+Result<data::PosedPhotos> load_photos(vk::Context& context, const std::string& folder,
+                                      data::PosedPhotosOptions options) {
+    // Threads that read photographs hold no mutex, so they compare counts. The holder of one knows of the time before.
+    const Interrupt& interrupt = context.mutex.interrupt();
+    const std::uint64_t before = interrupt.count();
+    SPLAT_TRY(context.mutex.call([] { return Status(); }));
+    options.progress = [&](std::size_t, std::size_t) -> Status {
+        if (interrupt.count() == before) return {};
+        return error(Code::kCancelled, "splat_device_cancel ended the reading of photographs");
+    };
+    return data::load_posed_photos(folder, options);
+}
 
 PhotoFrame center_photos(std::span<data::PosedPhoto> photos) {
     PhotoFrame frame;
@@ -56,8 +70,13 @@ Status score_photo(const data::PosedPhoto& photo, std::vector<float> drawn, doub
         for (std::size_t c = 0; c < 3; ++c)
             done.truths[c * pixels + i] =
                 static_cast<float>(photo.pixels[i] >> (8 * c) & 255U) / 255.0F;
-    const auto compare = [&](const std::vector<std::uint8_t>& valid) {
-        return eval::compare_images(done.images, done.truths, 3, photo.height, photo.width, valid);
+    const auto compare = [&](const std::vector<std::uint8_t>& valid) -> Result<eval::ImageScores> {
+        auto found =
+            eval::compare_images(done.images, done.truths, 3, photo.height, photo.width, valid);
+        if (found.ok()) return found;
+        const Status& status = found.status();
+        return Status(status.code(),
+                      format("'%s': %s", shown(photo.name).c_str(), status.message().c_str()));
     };
     SPLAT_ASSIGN(const eval::ImageScores scores, compare(valid_pixels(photo, 0)));
     done.scores = {{"val_psnr", scores.psnr}, {"val_ssim", scores.ssim}};
@@ -94,7 +113,7 @@ Result<std::unique_ptr<SceneScores>> SceneScores::open(std::shared_ptr<vk::Conte
     if (!(desc.border >= 0 && desc.border < 0.5))
         return invalid("border is %g, expected 0 to below 0.5", desc.border);
     if (scene.count() == 0) return invalid("the scene has no Gaussians");
-    SPLAT_ASSIGN(data::PosedPhotos loaded, data::load_posed_photos(desc.data, desc.photos));
+    SPLAT_ASSIGN(data::PosedPhotos loaded, load_photos(*context, desc.data, desc.photos));
     std::unique_ptr<SceneScores> made(new SceneScores(std::move(context), desc.border, interrupt));
     const PhotoFrame frame = center_photos(loaded.photos);
     for (data::PosedPhoto& photo : loaded.photos)

@@ -17,6 +17,10 @@ struct PhotoFrame {
     [[nodiscard]] double near_plane() const { return 0.0025 * extent; }
 };
 
+/// data::load_posed_photos(), which splat_device_cancel ends: kCancelled.
+Result<data::PosedPhotos> load_photos(vk::Context& context, const std::string& folder,
+                                      data::PosedPhotosOptions options);
+
 /// Moves the cameras so that their center is the origin.
 PhotoFrame center_photos(std::span<data::PosedPhoto> photos);
 

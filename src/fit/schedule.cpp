@@ -73,6 +73,7 @@ void Schedule::build(double seconds) {
                                                     : 1;
         std::uint32_t degree = desc_.strategy.skip_bands ? 0 : desc_.sh_degree;
         for (const double from : shape_.degree_from) degree += fraction >= from ? 1 : 0;
+        degree = std::max(degree, desc_.least_degree);
         step.degree = static_cast<std::uint8_t>(std::min(degree, desc_.sh_degree));
         clock += step_milliseconds(wanted(fraction), step.degree,
                                    desc_.pixels / (step.factor * step.factor));

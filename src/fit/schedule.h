@@ -35,6 +35,7 @@ struct ScheduleDesc {
     double pixels = 0;                 ///< mean of the views, at the fit's size
     double extent = 1;                 ///< radius of the cameras, scene units
     std::uint32_t sh_degree = 3;       ///< the highest
+    std::uint32_t least_degree = 0;    ///< degree of a scene to begin with
     std::uint32_t capacity = ~0U;      ///< Gaussians for which there is memory
     Strategy strategy = {};
 };

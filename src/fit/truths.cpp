@@ -94,6 +94,8 @@ std::vector<std::size_t> order_of_round(std::span<const data::PosedPhoto> photos
     const auto size = [&](std::size_t i) { return std::pair(photos[i].width, photos[i].height); };
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return size(a) < size(b); });
+    // A photograph alone in its size would have one place in all rounds, where a step may leave it out.
+    if (round % 2 == 1 && size(order.front()) != size(order.back())) std::ranges::reverse(order);
     return order;
 }
 

@@ -36,7 +36,7 @@ class Truths {
 };
 
 /// Views of a round in the order in which steps draw them: all of them, drawn by the seed. Those of one size follow
-/// each other, because the views of a step have one size.
+/// each other, because the views of a step have one size: from the smallest to the largest, in odd rounds back.
 std::vector<std::size_t> order_of_round(std::span<const data::PosedPhoto> photos,
                                         std::uint64_t seed, std::uint64_t round);
 

@@ -181,7 +181,9 @@ Status Run::after_step(const Step& done, Event& event) {
     }
     if (!done.notice.empty()) {
         event.warning = true;
-        event.text = format("warning: step %llu: %s", wide(step_), done.notice.c_str());
+        event.text = event.text.empty()
+                         ? format("warning: step %llu: %s", wide(step_), done.notice.c_str())
+                         : event.text + "; " + done.notice;
     }
     event.numbers = {{"loss", done.loss}, {"averaged_loss", averaged_loss_}};
     for (const Numbers* more : {&done.numbers, &done.terms, &done.ledger})
@@ -250,12 +252,21 @@ Status Run::end_validation(Event& event) {
     return tell(event);
 }
 
-/// Give the task the latest state, which is finite.
+/// Give the task the latest state that can be read; what is saved is finite. Errors: kCancelled, and those of the log.
 Status Run::go_back() {
-    SPLAT_ASSIGN(const auto states, folder_->states());
-    if (states.empty()) return {};
-    SPLAT_ASSIGN(const io::WeightsFile state, io::load_weights(states[0].string()));
-    return task_->load(state);
+    const auto states = folder_->states();
+    if (!states.ok()) return folder_->log("error: " + states.status().message());
+    for (const auto& state : states.value()) {
+        const auto file = io::load_weights(state.string());
+        const Status loaded = file.ok() ? task_->load(file.value()) : file.status();
+        if (loaded.code() == Code::kCancelled) return loaded;
+        if (loaded.ok()) {
+            step_ = task_->progress().steps;
+            return {};
+        }
+        SPLAT_TRY(folder_->log("skipped a state: " + loaded.message()));
+    }
+    return {};
 }
 
 Status Run::end(EventKind kind, Event& event) {
@@ -268,11 +279,11 @@ Status Run::end(EventKind kind, Event& event) {
             break;
         case EventKind::kNotFinite:
             state = "not finite";
-            SPLAT_TRY(go_back());
             text = skipped_in_a_row_ == kMostSkipped
                        ? format("%llu steps in a row had a loss or gradients that are not finite",
                                 wide(kMostSkipped))
                        : format("what step %llu learned is not finite", wide(step_));
+            SPLAT_TRY(go_back());
             text +=
                 format(": %s; the last good state is in checkpoints/", plan_.if_not_finite.c_str());
             break;

@@ -43,6 +43,7 @@ constexpr const char* kOwnFiles[] = {kConfig,
                                      "checkpoints/step_*.state.safetensors.unreadable",
                                      "eval/objects.json",
                                      "eval/per_object.csv",
+                                     "eval/per_view.csv",
                                      "eval/report.html",
                                      "eval/results.json",
                                      "eval/scores.txt",
@@ -118,7 +119,7 @@ Status RunFolder::check() const {
     bool empty = !is_there(root_);
     if (fs::is_directory(root_, ignored)) {
         SPLAT_ASSIGN(const std::vector<std::string> names, names_in(root_));
-        empty = is_there(root_ / kPrepared) || std::ranges::all_of(names, is_begun);
+        empty = !run && (is_there(root_ / kPrepared) || std::ranges::all_of(names, is_begun));
     }
     if (empty || (run && mode_ == Mode::kReplace)) return {};
     return bad_state("'%s' is there%s", root_.c_str(),

@@ -138,11 +138,11 @@ Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::stri
     const std::uint64_t budget = std::min(use_.budget, limit_);
     if (counts && (use_.used > budget || bytes > budget - use_.used))
         return error(Code::kOutOfDeviceMemory,
-                     "%.*s: needs %llu bytes more, but %llu of the budget of %llu are in use; free "
-                     "tensors or raise "
-                     "max_device_bytes",
+                     "%.*s: needs %llu bytes more, but %llu of the %s of %llu are in use; free "
+                     "tensors or raise %s",
                      static_cast<int>(name.size()), name.data(), llu(bytes), llu(use_.used),
-                     llu(budget));
+                     limit_ < use_.budget ? "bound" : "budget", llu(budget),
+                     limit_ < use_.budget ? "the memory of the fit" : "max_device_bytes");
     // Whole blocks while they fit in the budget, so that small tensors share one. Larger ones would waste the rest.
     std::uint64_t size = bytes;
     if (bytes <= desc_.block_bytes / 4) size = std::min(desc_.block_bytes, limit);

@@ -31,7 +31,10 @@ TEST(FitMemory, IsTheSumOfItsParts) {
     // Twice 63 x 32 tiles of 75 pairs and 2 of each Gaussian, and a quarter more, are 78,000 beyond the first ones.
     EXPECT_EQ(needs.rasterizer, 100 * kMega + 50 * 500'000U + 76 * 78'000U);
     EXPECT_EQ(needs.loss, 50 * kMega);
-    EXPECT_EQ(needs.host, 16 * kMega + 14 * kMega / 4 + 100 * kMega);
+    EXPECT_EQ(needs.host, 14 * kMega / 4 + 100 * kMega);
+    fit::FitCosts mapped = kCosts;
+    mapped.photo_pixel = 12;
+    EXPECT_EQ(fit::fit_memory(mapped, photographs(), 100'000, 1).host - needs.host, 7 * kMega);
     const fit::FitMemory few = fit::fit_memory(kCosts, photographs(), 10'000, 1);
     EXPECT_GT(few.rasterizer, 10 * kMega + 25 * kMega + 70 * 280'000U);
     EXPECT_EQ(fit::fit_memory(kCosts, photographs(), 10'000, 2).loss, 50 * kMega / 4);
@@ -40,7 +43,7 @@ TEST(FitMemory, IsTheSumOfItsParts) {
 TEST(FitMemory, IsCutToWhatThereIs) {
     const std::vector<data::PosedPhoto> photos = photographs();
     const auto plan = [&](std::uint64_t megas, bool with_host = false) {
-        return need(fit::plan_memory(kCosts, photos, 100'000, megas * kMega, with_host));
+        return need(fit::plan_memory(kCosts, photos, megas * kMega, with_host, {100'000}));
     };
     const fit::FitMemory all = fit::fit_memory(kCosts, photos, 100'000, 1);
     EXPECT_EQ(plan(400).gaussians, 100'000U);
@@ -55,11 +58,24 @@ TEST(FitMemory, IsCutToWhatThereIs) {
     EXPECT_EQ(smaller.factor, 2U);
     EXPECT_GE(smaller.gaussians, 25'000U);
     EXPECT_LT(plan(400, true).gaussians, 100'000U);
-    EXPECT_ERROR(fit::plan_memory(kCosts, photos, 100'000, 40 * kMega, false),
+    // The Gaussians of a scene stay, as far as smaller photographs go; a factor that is given is the first one.
+    const fit::MemoryPlan scene =
+        need(fit::plan_memory(kCosts, photos, 280 * kMega, false, {100'000, 95'000, 1}));
+    EXPECT_GE(scene.gaussians, 95'000U);
+    EXPECT_EQ(scene.factor, 2U);
+    EXPECT_ERROR(fit::plan_memory(kCosts, photos, 150 * kMega, false, {100'000, 95'000, 1}),
+                 Code::kOutOfDeviceMemory, "even with 95000 Gaussians");
+    EXPECT_EQ(need(fit::plan_memory(kCosts, photos, 400 * kMega, false, {100'000, 0, 3})).factor,
+              3U);
+    EXPECT_ERROR(fit::plan_memory(kCosts, photos, 40 * kMega, false, {100'000}),
                  Code::kOutOfDeviceMemory,
                  "even with 25000 Gaussians and 1/8 of the photographs' sides, but has 40 MB");
-    EXPECT_ERROR(fit::plan_memory(kCosts, photos, 100, 30 * kMega, false), Code::kOutOfDeviceMemory,
-                 "even with 100 Gaussians");
+    EXPECT_ERROR(fit::plan_memory(kCosts, photos, 30 * kMega, false, {100}),
+                 Code::kOutOfDeviceMemory, "even with 100 Gaussians");
+    std::vector<data::PosedPhoto> large(2);
+    for (data::PosedPhoto& photo : large) photo.width = photo.height = 1U << 20;
+    EXPECT_ERROR(fit::plan_memory(kCosts, large, 40 * kMega, false, {100}),
+                 Code::kOutOfDeviceMemory, "and 1/64 of the photographs' sides");
 }
 
 TEST(FitMemory, WhatIsLeftIsThere) {

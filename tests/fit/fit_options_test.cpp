@@ -45,13 +45,24 @@ TEST(FitOptions, ValuesWithoutEffectAreRefused) {
     refused(with({"mcmc_noise=inf"}), "mcmc_noise is inf");
     refused(with({"growth_every=0"}), "growth_every is 0, expected 1");
     refused(with({"sh_degree=4"}), "sh_degree is 4, expected 0 to 3");
+    refused(with({"cameras=colmpa"}), "cameras is 'colmpa', expected auto, colmap or transforms");
+    refused(with({"strategy=mcmc", "skip_unseen=true"}), "skip_unseen is true, but");
+    refused(with({"memory_gaussians=1"}), "memory_gaussians is 1, expected 2");
+    refused(with({"depth_is_distance=true"}),
+            "depth_is_distance is given, but changes nothing without depth maps");
+    refused(with({"depth_weight=0.1"}), "depth_weight is given");
+    refused(with({"normal_weight=0.1"}), "changes nothing without maps of normals");
+    for (const char* name : {"mcmc_noise", "opacity_weight", "scale_weight"})
+        refused(with({format("%s=1", name)}), "changes nothing without the strategy mcmc");
     fit::FitDesc twice = with({"seed=8"});
     twice.seed = 7;
     refused(twice, "seed is given twice");
 }
 
 TEST(FitOptions, OfMaps) {
-    const auto options = fit::options_of(with({"depth_is_distance=true", "depth_weight=0.5"}));
+    fit::FitDesc mapped = with({"depth_is_distance=true", "depth_weight=0.5"});
+    mapped.depth = "depth";
+    const auto options = fit::options_of(mapped);
     ASSERT_TRUE(options.ok()) << options.status().message();
     EXPECT_TRUE(fit::photos_of(options.value()).depth_is_distance);
     EXPECT_EQ(options.value().depth_weight, 0.5);

@@ -243,8 +243,20 @@ TEST_F(FitTask, KeepsToItsMemory) {
     EXPECT_GT(context_->memory().use().peak, kBound * 3 / 5);
     EXPECT_HAS(warnings_, "Gaussians instead of 150000, for which 120 MB are too little memory");
     go(*need(open("parts", bound)), 9);
+    bound.memory = 2 * kBound;  // what the fit was cut to stays
     go(*need(open("parts", bound, Mode::kResume)));
     EXPECT_EQ(result("parts"), result("whole"));
+    // What the first one wrote repeats it, too.
+    const JsonTree json =
+        parse_json_tree(file_text(folder_ / "whole/config.json"), "config").value();
+    for (const char* name : {"memory_gaussians", "memory_downscale"})
+        bound.values.push_back(format("%s=%llu", name, llu(*json[name].count())));
+    go(*need(open("again", bound)));
+    EXPECT_EQ(result("again"), result("whole"));
+    bound.values = {"memory_downscale=59"};
+    EXPECT_ERROR(open("smaller", bound), Code::kInvalidArgument,
+                 "memory_downscale is 59, expected at most 58, the shorter side of 'images/");
+    bound.values = {};
     bound.memory = 10'000'000;
     EXPECT_ERROR(open("small", bound), Code::kOutOfDeviceMemory, "but has 10 MB: allow more");
     EXPECT_FALSE(fs::exists(folder_ / "small"));
@@ -279,8 +291,38 @@ TEST_F(FitTask, GoesOnWhereMemoryRunsOut) {
     fault::disarm();
     EXPECT_ERROR(failed, Code::kOutOfDeviceMemory, "the run can be resumed where there is more");
     go(*poor);
+    // A view that is only scored does with less by itself.
+    const auto scored = need(open("scored", desc(20)));
+    do ASSERT_OK(scored->next(event));
+    while (event.kind != run::EventKind::kCheckpoint);
+    fault::arm("vk.allocate_memory", 1, 1);
+    ASSERT_OK(scored->next(event));
+    EXPECT_EQ(event.kind, run::EventKind::kValidatedPiece);
+    EXPECT_GT(fault::disarm(), 1U);
+    go(*scored);
+    EXPECT_EQ(warnings_, told) << "steps lack nothing";
+    EXPECT_EQ(result("scored"), result("poor"));
 }
 #endif
+
+/// A block counts where all of its pixels do.
+TEST_F(FitTask, LeavesOutPhotographsThatMemoryLeavesNoPixel) {
+    for (std::uint32_t view = 0; view < kViews; ++view) {
+        std::vector<float> mask(std::size_t{kWidth} * kHeight, 1);
+        for (std::size_t i = 0; i < mask.size(); ++i)
+            if ((view == 5 || view == 8) && i % kWidth % 2 == 0) mask[i] = 0;
+        put_png(folder_ / format("masks/%02u.png", view),
+                io::image_from_floats(mask, kWidth, kHeight, 1));
+    }
+    fit::FitDesc striped = desc(3);
+    striped.masks = (folder_ / "masks").string();
+    striped.values = {"memory_downscale=2"};
+    go(*need(open("run", striped)));
+    EXPECT_HAS(file_text(folder_ / "run/log.txt"),
+               "2 of 16 photographs have no pixel that counts at 1/2 of their sides, such as "
+               "'images/05.png', and are left out");
+    EXPECT_HAS(file_text(folder_ / "run/log.txt"), "13 photographs, 1 held out");
+}
 
 TEST_F(FitTask, IsCancelledWhileItIsOpened) {
     std::atomic<bool> done = false;
@@ -293,6 +335,17 @@ TEST_F(FitTask, IsCancelledWhileItIsOpened) {
     EXPECT_ERROR(opened, Code::kCancelled, "splat_device_cancel");
     EXPECT_FALSE(fs::exists(folder_ / "run"));
     EXPECT_OK(open("run", desc(10)));
+    done = false;
+    std::thread another([&] {
+        while (!done) context_->mutex.interrupt().raise();
+    });
+    fit::SceneScoresDesc what;
+    what.data = *desc(10).data;
+    const auto scores = fit::SceneScores::open(context_, what, blobs(), interrupt_);
+    done = true;
+    another.join();
+    EXPECT_ERROR(scores, Code::kCancelled, "splat_device_cancel");
+    EXPECT_OK(fit::SceneScores::open(context_, what, blobs(), interrupt_));
 }
 
 /// Means that leave the range of float32.

@@ -180,6 +180,14 @@ TEST_F(PriorTask, BeginsWithAScene) {
         ASSERT_EQ(found.count(), 300U);
         for (std::size_t i = 0; i < 900; ++i) EXPECT_NEAR(found.means[i], scene.means[i], 1e-5);
     }
+    from.sh_degree = 3;
+    {
+        fit::FitTask task(context_, from);
+        run::Messages messages;
+        ASSERT_OK(task.prepare(nullptr, messages).status());
+        ASSERT_OK(task.start(messages));
+        EXPECT_EQ(need(task.scene()).sh_degree, 1U) << "as in its file";
+    }
     from.max_gaussians = 299;
     EXPECT_ERROR(open("many", from), Code::kInvalidArgument,
                  "has 300 Gaussians, but the fit takes at most 299: raise max_gaussians");

@@ -86,6 +86,11 @@ TEST(Schedule, KeepsItsLimits) {
     EXPECT_EQ(schedule.most_gaussians(), 5000);
     EXPECT_EQ(schedule.wanted(0.5), 5000);
     EXPECT_EQ(schedule.at(schedule.steps() - 1).degree, 1);
+    desc.least_degree = 2;  // at most sh_degree
+    EXPECT_EQ(Schedule::of_seconds(desc, 30).at(0).degree, 1);
+    desc.sh_degree = 3;
+    EXPECT_EQ(Schedule::of_seconds(desc, 30).at(0).degree, 2);
+    EXPECT_EQ(Schedule::of_steps(desc, 9).at(8).degree, 3);
 }
 
 TEST(Schedule, GoesByItsStrategy) {
@@ -118,14 +123,35 @@ TEST(Views, OfARoundAreAllOfThemBySize) {
         photos[i].width = i % 4 == 1 ? 30 : 20;
         photos[i].height = 20;
     }
-    const std::vector<std::size_t> order = fit::order_of_round(photos, 5, 3);
-    EXPECT_EQ(order, fit::order_of_round(photos, 5, 3));
+    const std::vector<std::size_t> order = fit::order_of_round(photos, 5, 6);
+    EXPECT_EQ(order, fit::order_of_round(photos, 5, 6));
     EXPECT_NE(order, fit::order_of_round(photos, 5, 4));
-    EXPECT_NE(order, fit::order_of_round(photos, 6, 3));
+    EXPECT_NE(order, fit::order_of_round(photos, 6, 6));
     std::set<std::size_t> all(order.begin(), order.end());
     EXPECT_EQ(all.size(), 40U);
     EXPECT_FALSE(std::is_sorted(order.begin(), order.begin() + 30));
     for (std::size_t i = 0; i < 40; ++i) EXPECT_EQ(photos[order[i]].width, i < 30 ? 20U : 30U) << i;
+}
+
+/// A step leaves out the second of two views if it has another size than the first.
+TEST(Views, OfAnySizeAreDrawn) {
+    // One of 20 is the smallest, between the others, the largest.
+    for (const auto& [some, others] :
+         {std::pair(30U, 30U), std::pair(10U, 30U), std::pair(10U, 10U)})
+        for (const std::size_t count : {7U, 8U}) {
+            std::vector<data::PosedPhoto> photos(count);
+            for (std::size_t i = 0; i < count; ++i)
+                photos[i].width = i == 0 ? 20 : i < count / 2 ? some : others;
+            std::vector<int> drawn(count);
+            for (std::size_t turn = 0; turn < 20 * count; turn += 2) {
+                const auto at = [&](std::size_t i) {
+                    return fit::order_of_round(photos, 0, i / count)[i % count];
+                };
+                ++drawn[at(turn)];
+                if (photos[at(turn)].width == photos[at(turn + 1)].width) ++drawn[at(turn + 1)];
+            }
+            for (std::size_t i = 0; i < count; ++i) EXPECT_GE(drawn[i], 5) << count << ' ' << i;
+        }
 }
 
 TEST(Growth, SharesAreThoseOfThePaper) {

@@ -114,6 +114,7 @@ TEST_F(RunFolderTest, BeginsBesideInputThatWasPrepared) {
     make_run();
     EXPECT_TRUE(fs::exists(path() + "/data/0001.png"));
     EXPECT_TRUE(fs::exists(path() + "/prepared.json"));
+    EXPECT_ERROR(refusal(Mode::kNew), Code::kInvalidState, "holds a run");
 }
 
 TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
@@ -122,8 +123,8 @@ TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
     put_text(path() + "/renders/step_00000001.png", "old");
     put_text(path() + "/weights_best.safetensors", "old");
     put_text(path() + "/scene_best.safetensors", "mine");
-    for (const char* name :
-         {"objects.json", "per_object.csv", "report.html", "results.json", "scores.txt"})
+    for (const char* name : {"objects.json", "per_object.csv", "per_view.csv", "report.html",
+                             "results.json", "scores.txt"})
         put_text(path() + "/eval/" + name, "old");
     for (const char* name : {"notes.txt", "half.tmp", "eval/mine.txt"})
         put_text(path() + "/" + name, "mine");

@@ -19,6 +19,7 @@ struct ToyDesc {
     std::string data = "toy";
     std::vector<Outcome> outcomes = {
         Outcome::kUpdated};  ///< outcomes of the attempts, again and again
+    std::string notice;      ///< what each step tells
 };
 
 /// Halves a number with every step.
@@ -66,6 +67,7 @@ class Toy : public Task {
     Status step(Step& step) override {
         step.outcome = desc_.outcomes[progress_.attempts++ % desc_.outcomes.size()];
         step.why = "it slept";
+        step.notice = desc_.notice;
         step.loss = value_;
         step.numbers = {{"half", value_ / 2}};
         step.ledger = {{"odd", progress_.attempts % 2 == 0 ? 0.0 : 1.0, true}};
@@ -232,7 +234,11 @@ TEST_F(RunTest, EndsWhereNothingIsLearned) {
     EXPECT_HAS(asleep, "nothing is learned: play more");
     toy.outcomes = {Outcome::kSkipped, Outcome::kSkipped, Outcome::kUpdated};
     toy.iterations = 5;
+    toy.notice = "it rains";
     EXPECT_EQ(play("stumbles", Mode::kNew, toy).back(), 'd') << "never ten in a row";
+    EXPECT_HAS(file("stumbles/log.txt"), "nothing was updated; it rains\n");
+    EXPECT_HAS(file("stumbles/log.txt"), "warning: step 1: it rains\n");
+    toy.notice = "";
     toy.outcomes = {Outcome::kSkipped};
     EXPECT_EQ(play("falls", Mode::kNew, toy), "..cssssssssssn");
     EXPECT_HAS(file("falls/log.txt"), "are not finite: play less; the last good state");
@@ -242,7 +248,17 @@ TEST_F(RunTest, EndsWhereNothingIsLearned) {
     ASSERT_OK(run);
     EXPECT_EQ(play(*run.value()).back(), 'n');
     EXPECT_HAS(file("diverges/log.txt"), "what step 4 learned is not finite: play less");
+    EXPECT_EQ(run.value()->figures().step, 2) << "that of the state it has again";
+    EXPECT_HAS(file("diverges/run.json"), "\"step\": 2,");
     EXPECT_FALSE(fs::exists(folder_ / "diverges/checkpoints/step_0000000004.state.safetensors"));
+    // It ends where its latest state is damaged, too.
+    const auto damaged = need(open("damaged", Mode::kNew, diverges));
+    const fs::path state = folder_ / "damaged/checkpoints/step_0000000002.state.safetensors";
+    while (!fs::exists(state)) play(*damaged, 1);
+    test::put_text(state, "no state");
+    EXPECT_EQ(play(*damaged).back(), 'n');
+    EXPECT_HAS(file("damaged/log.txt"), "skipped a state: ");
+    EXPECT_EQ(damaged->figures().step, 0);
 }
 
 TEST_F(RunTest, IsInterrupted) {

@@ -1,6 +1,6 @@
 #!/bin/sh
 # fit_unposed_real.sh Photographs|Video <vkrun> <folder> <real data>: poses made anew by COLMAP, of photographs, or of
-# a video of renders by ffmpeg.
+# a video of renders by ffmpeg. Its label is long: ctest --preset dev -L long -R Unposed
 set -u
 kind=$1
 vkrun=$2
@@ -11,12 +11,24 @@ fail() {
     echo "fit_unposed_real: $*" >&2
     exit 1
 }
-for needed in colmap ffmpeg ffprobe; do
-    command -v "$needed" > /dev/null || { echo "skipped: $needed is not installed"; exit 77; }
+skip() {
+    echo "skipped: $*"
+    exit 77
+}
+if [ "$kind" = Photographs ]; then
+    programs=colmap
+    packages=colmap
+    input=images/fox/images
+else
+    programs="colmap ffmpeg ffprobe"
+    packages="colmap ffmpeg"
+    input=derived/guitar_inria_sh0.ply
+fi
+for needed in $programs; do
+    command -v "$needed" > /dev/null ||
+        skip "$needed is not installed: apt install $packages, then ctest --preset dev -L long -R Unposed$kind"
 done
-for needed in images/fox/images derived/guitar_inria_sh0.ply; do
-    [ -e "$real/$needed" ] || { echo "skipped: there is no $needed in SPLAT_REAL_DIR"; exit 77; }
-done
+[ -e "$real/$input" ] || skip "there is no $input in SPLAT_REAL_DIR"
 
 rm -rf "$temp"
 mkdir -p "$temp"

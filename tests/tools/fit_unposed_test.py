@@ -176,9 +176,11 @@ class Unposed(unittest.TestCase):
         self.fit(0, self.photos, "--resume")
         self.fit(0, self.photos, "--steps", 3, "--overwrite")
         self.assertEqual(self.calls(), [])
-        # Other photographs have other cameras.
+        # Other photographs have other cameras, and end the run.
         (self.photos / "ä 00.png").unlink()
-        self.expect(self.fit(0, self.photos, "--steps", 3, "--overwrite"), "11 of 11")
+        self.fit(1, self.photos, "--overwrite", FAKE_FAILS="exhaustive_matcher")
+        self.expect(self.fit(2, "--resume"), "repeat the command without --resume")
+        self.expect(self.fit(0, self.photos, "--steps", 3), "11 of 11")
 
     def test_newer_colmap_has_other_names(self):
         said = self.fit(0, self.make_photos(), "--steps", 2, FAKE_NEWER="1")
@@ -209,6 +211,8 @@ class Unposed(unittest.TestCase):
         self.make_photos()
         said = self.fit(1, self.photos, FAKE_FAILS="exhaustive_matcher")
         self.expect(said, "colmap exhaustive_matcher failed with status 3", "the disk is on fire", "colmap.log")
+        said = self.fit(1, self.photos, FAKE_FAILS="mapper")
+        self.expect(said, "colmap mapper failed with status 3", "the disk is on fire", "colmap.log")
         self.fit(0, self.photos, "--steps", 2)
 
     def test_sharpest_frames_of_a_video(self):
@@ -224,6 +228,23 @@ class Unposed(unittest.TestCase):
         names = sorted(path.name for path in (self.out / "photos").iterdir())
         self.assertEqual(names, [f"frame_{3 * i + 2:06}.png" for i in range(10)])
         self.fit(0, video, "--resume")
+        self.expect(self.fit(2, self.out / "photos", "--overwrite"), "makes 'photos' anew")
+        self.assertEqual(len(list((self.out / "photos").iterdir())), 10)
+        self.assertEqual(self.calls(), [])
+
+    def test_options_of_other_input(self):
+        video = self.folder / "film.mov"
+        video.write_bytes(b"film")
+        self.expect(self.fit(2, video, "--cameras", "transforms"), "a video has none of")
+        self.expect(self.fit(2, self.make_photos(), "--frames", 20), "--frames is for a video")
+        apart = self.folder / "apart"
+        (apart / "train").mkdir(parents=True)
+        shutil.copy(self.photos / "ä 00.png", apart / "train/a.png")
+        pose = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 4], [0, 0, 0, 1]]
+        (apart / "transforms.json").write_text(json.dumps(
+            {"camera_angle_x": 1, "frames": [{"file_path": "train/a.png", "transform_matrix": pose}]}))
+        self.expect(self.fit(2, apart, "--object"), "give --masks")
+        self.assertFalse(self.out.exists())
         self.assertEqual(self.calls(), [])
 
     def test_videos_that_cannot_be_used(self):
@@ -252,7 +273,8 @@ class Unposed(unittest.TestCase):
         with self.assertRaises(ProcessLookupError):
             os.kill(int(pid_file.read_text()), 0)
         self.calls()
-        self.fit(0, "--resume", "--steps", 3)
+        self.expect(self.fit(2, "--resume"), "repeat the command without --resume")
+        self.fit(0, video, "--steps", 3)
         self.assertNotIn("ffmpeg", [call[0] for call in self.calls()])
 
     def test_other_formats_are_named(self):
@@ -278,6 +300,11 @@ class Unposed(unittest.TestCase):
             mask.write_bytes(png(lambda x, y: [255 if y < HEIGHT // 2 + 4 else 0], channels=1))
         said = self.fit(0, self.photos, "--object", "--masks", masks, "--steps", 2, "--overwrite")
         self.expect(said, "7 lay outside the masks, 0 apart")
+        # A run without --object keeps all Gaussians.
+        posed = self.folder / "posed"
+        shutil.copytree(self.out / "data", posed, symlinks=True)
+        self.fit(0, posed, "--steps", 2, "--overwrite")
+        self.assertNotIn("--object", self.fit(0, "--resume"))
 
     def test_foreign_folders_stay(self):
         self.make_photos()

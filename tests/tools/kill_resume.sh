@@ -21,7 +21,6 @@ if [ "$task" = train ]; then
         --set model.channel_mult=[1,2] --set model.attention_resolutions=[8] --set opt.batch_size=2
         --set opt.imgs_per_obj=2 --set opt.iterations=$((12 * kills)) --set logging.ckpt_iterations=1"
     results=weights_last.safetensors
-    longest=4
 else
     awk 'BEGIN {
         print "ply\nformat ascii 1.0\nelement vertex 40"
@@ -36,10 +35,11 @@ else
     # A state after each fifth, with growth in between.
     options="$temp/data --steps 600 --max-gaussians 1500"
     results="gaussians_last.safetensors scene.ply"
-    longest=6
 fi
+begun=$(date +%s.%N)
 # shellcheck disable=SC2086  # a list of words
 "$vkrun" "$task" $options --out "$temp/whole" > "$temp/whole.log" 2>&1 || fail "the whole run failed"
+longest=$(echo "$begun $(date +%s.%N)" | awk '{ print $2 - $1 }')
 # shellcheck disable=SC2086
 (cd "$temp/whole" && sha256sum $results) > "$temp/sums"
 
@@ -59,7 +59,7 @@ ended() {
 runs=0
 done=0
 # shellcheck disable=SC2046  # a list of words
-set -- $(awk -v count=$((4 * kills)) -v longest="$longest" 'BEGIN {
+set -- $(awk -v count=$((10 * kills)) -v longest="$longest" 'BEGIN {
     srand(54)
     for (i = 0; i < count; ++i) print longest * rand() # starting takes about a second
 }')

@@ -2503,6 +2503,7 @@ function(PhotographsAreFitted)
   vkrun(2 eval cars64 --data ${TEMP}/photos --border 0.2 --out ${TEMP}/none)
   expect("${err}" "--border is for a scene")
   vkrun(2 eval ${TEMP}/run/scene.ply --data ${TEMP}/photos --border 0.5 --out ${TEMP}/none)
+  vkrun(2 eval ${TEMP}/run/scene.ply --data ${TEMP}/photos --downscale 60 --out ${TEMP}/none)
   # A path through the photographs' cameras.
   vkrun(0 render ${TEMP}/run/scene.ply --path ${TEMP}/photos --frames 6 --closed --out ${TEMP}/path --json)
   expect_json("${out}" "0005" views 5 name)
@@ -2510,6 +2511,12 @@ function(PhotographsAreFitted)
   vkrun(2 render ${TEMP}/run/scene.ply --path ${TEMP}/photos --orbit 3 --out ${TEMP}/path3)
   expect("${err}" "or --path FILE")
   vkrun(2 render ${TEMP}/run/scene.ply --orbit 3 --frames 3 --out ${TEMP}/path3)
+  vkrun(2 render ${TEMP}/run/scene.ply --path orbit --orbit 3 --out ${TEMP}/path3)
+  expect("${err}" "leave out --orbit")
+  vkrun(2 render ${TEMP}/run/scene.ply --path orbit --closed --out ${TEMP}/path3)
+  expect("${err}" "--closed is for a path")
+  vkrun(2 render ${TEMP}/run/scene.ply --path ${TEMP}/photos --frames 2 --overwrite --out ${TEMP}/photos)
+  expect("${err}" "transforms.json' is what is read")
   vkrun(2 fit ${TEMP}/photos --out ${TEMP}/run --steps 80)
   expect("${err}" "holds a run: resume it, overwrite it, or choose another folder")
   vkrun(0 fit --out ${TEMP}/run --resume --scene ${TEMP}/again.splat --json)
@@ -2517,6 +2524,10 @@ function(PhotographsAreFitted)
   if(NOT EXISTS ${TEMP}/again.splat)
     message(FATAL_ERROR "no --scene")
   endif()
+  vkrun(2 fit ${TEMP}/photos --out ${TEMP}/other --scene ${TEMP}/again.splat)
+  expect("${err}" "again.splat' is there already")
+  vkrun(2 fit --out ${TEMP}/run --resume --init ${TEMP}/scene.ply --scene ${TEMP}/scene.ply)
+  expect("${err}" "scene.ply' is what is read")
   vkrun(2 fit --out ${TEMP}/run --resume --scene ${TEMP}/again.obj)
   expect("${err}" "expected a file of the extension")
   vkrun(2 fit --out ${TEMP}/run --resume --steps 90)
@@ -2594,8 +2605,14 @@ function(FitsSayWhatIsWrong)
   file(WRITE ${TEMP}/photos/transforms.json "${far}")
   file(WRITE ${TEMP}/photos/points.ply "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
                                        "property float z\nend_header\n0 0 0\n1 0 0\n0 inf 0\n0 0 1e30\n")
-  execute_process(COMMAND timeout --signal INT 3 ${VKRUN} fit ${TEMP}/photos --out ${TEMP}/run --steps 1000000
-                  RESULT_VARIABLE status ERROR_VARIABLE err)
+  set(interrupt [[
+    "$0" fit "$1/photos" --out "$1/run" --steps 1000000 &
+    until [ -s "$1/run/metrics.jsonl" ] || ! kill -0 $! 2> /dev/null; do sleep 0.1; done
+    kill -INT $!
+    wait $!
+  ]])
+  execute_process(COMMAND sh -c "${interrupt}" ${VKRUN} ${TEMP} RESULT_VARIABLE status ERROR_VARIABLE err)
+  expect("${status}" "^130$")
   expect("${err}" "1 of 4 points are left out: they are not finite" "10,000 times farther away"
          "interrupted after step")
   file(READ ${TEMP}/run/run.json report)

@@ -96,8 +96,14 @@ splat_result splat_fit_score(splat_device device, const splat_fit_desc* desc, sp
         SPLAT_ASSIGN(const auto from, api::find(scene));
         SPLAT_TRY(api::require(run, "run"));
         SPLAT_TRY(api::check_desc(desc, kFlags));
-        SPLAT_ASSIGN(const fit::FitDesc asked, desc_of(*desc));
-        SPLAT_TRY(api::require(desc->data, "splat_fit_desc.data"));
+        splat_fit_desc read{};  // without what only a fit reads
+        read.flags = desc->flags & (SPLAT_FIT_ALL_PHOTOS | SPLAT_FIT_WHITE_BACKGROUND);
+        read.data = desc->data;
+        read.masks = desc->masks;
+        read.downscale = desc->downscale;
+        read.test_every = desc->test_every;
+        read.cameras = desc->cameras;
+        SPLAT_ASSIGN(const fit::FitDesc asked, desc_of(read));
         SPLAT_ASSIGN(const fit::FitOptions options, fit::options_of(asked));
         SPLAT_TRY(owner->test(api::kAllKernels));
         const vk::DeviceCall call(owner->context->mutex);

@@ -149,7 +149,11 @@ TEST_F(ApiFit, FitsAndGivesItsScene) {
     EXPECT_EQ(info.sh_degree, 3U);
     EXPECT_EQ(info.non_finite, 0U);
     EXPECT_TRUE(holds(text_of(splat_run_report, run), "\"val_ssim\": 0."));
-    const Training scoring = got(splat_fit_score, device_, &asked, scene, 0.1);
+    splat_fit_desc other = asked;  // what a score does not read
+    other.seconds = -1;
+    other.sh_bands = 9;
+    other.depth = other.init = "nowhere";
+    const Training scoring = got(splat_fit_score, device_, &other, scene, 0.1);
     std::vector<std::string> names;
     event.kind = SPLAT_EVENT_MESSAGE;
     while (event.kind < SPLAT_EVENT_DONE) {

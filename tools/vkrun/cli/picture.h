@@ -46,6 +46,9 @@ class PhotoSheet {
   public:
     /// Planes [3,height,width], which are reduced to at most kMostSide pixels.
     void add(const float* truth, const float* drawn, std::uint32_t width, std::uint32_t height);
+    void add(const PhotoSheet& other) {
+        cells_.insert(cells_.end(), other.cells_.begin(), other.cells_.end());
+    }
     /// Throws a Failure.
     void save(const std::string& path) const;
 

@@ -29,8 +29,7 @@ constexpr std::size_t kSheetViews = 8;
 struct ViewRow {
     std::string name;
     double psnr, ssim, inner_psnr, inner_ssim;
-    std::vector<float> truth, image;
-    std::uint32_t width, height;
+    PhotoSheet pictures;
 };
 
 /// Means, and the views in the order of the data.
@@ -45,14 +44,9 @@ ViewRow row_of(const splat_run_event& event) {
                 number_of(event, "val_ssim"),
                 number_of(event, "inner_psnr"),
                 number_of(event, "inner_ssim"),
-                {},
-                {},
-                event.width,
-                event.height};
-    if (event.images != nullptr) {
-        row.image.assign(event.images, event.images + event.image_count);
-        row.truth.assign(event.truths, event.truths + event.image_count);
-    }
+                {}};
+    if (event.images != nullptr)
+        row.pictures.add(event.truths, event.images, event.width, event.height);
     return row;
 }
 
@@ -69,7 +63,7 @@ SceneScoring score(splat_device device, splat_scene scene, const std::string& da
                    : options.cameras == "transforms" ? SPLAT_FIT_CAMERAS_TRANSFORMS
                                                      : SPLAT_FIT_CAMERAS_AUTO;
     Run run;
-    check(splat_fit_score(device, &desc, scene, options.border, run.out()), kBadData);
+    check_opened(splat_fit_score(device, &desc, scene, options.border, run.out()));
     SceneScoring scoring;
     std::optional<Progress> progress;
     auto event = sized<splat_run_event>();
@@ -144,7 +138,7 @@ std::string page_text(const std::string& path, const std::string& data, const Sc
     std::string names;
     for (std::size_t i = 0; i < shown; ++i) {
         const ViewRow& row = *order[shown == 1 ? 0 : i * (order.size() - 1) / (shown - 1)];
-        sheet.add(row.truth.data(), row.image.data(), row.width, row.height);
+        sheet.add(row.pictures);
         names += (names.empty() ? "" : ", ") + row.name;
     }
     const TemporaryFolder folder;

@@ -1,6 +1,7 @@
 // vkrun fit: Gaussians from posed photographs.
 
 #include <CLI/CLI.hpp>
+#include <exception>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -40,7 +41,8 @@ OUT holds scene.ply, report.html, which is renewed at validations, loads itself 
 config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard (tb/), pictures of held-out photographs
 (renders/), the last two states (checkpoints/) and the Gaussians as gaussians_last and gaussians_best.safetensors.
 Ctrl-C, SIGTERM, a closed terminal and a closed pipe stop after the current step and save; --resume goes on with the
-same bits. A run of --seconds says how many steps it chose: --steps repeats it with the same bits. 'vkrun eval
+same bits. A run of --seconds says how many steps it chose: --steps repeats it with the same bits, with
+--set memory_gaussians=N and memory_downscale=N of its config.json where memory cut it. 'vkrun eval
 scene.ply --data DATA' scores a scene of any program on the same held-out photographs. --refine poses also writes
 transforms.json: the cameras, those of fitted photographs corrected. Held-out photographs are drawn from the cameras
 they have, without an exposure.
@@ -97,22 +99,20 @@ Run open_fit(splat_device device, const FitOptions& options) {
     desc.values = values.data();
     desc.value_count = values.size();
     Run run;
-    const splat_result opened = splat_fit_open(device, &desc, run.out());
-    const bool bad_data = opened == SPLAT_ERROR_NOT_FOUND || opened == SPLAT_ERROR_FORMAT ||
-                          opened == SPLAT_ERROR_SHAPE_MISMATCH || opened == SPLAT_ERROR_UNSUPPORTED;
-    check(opened, bad_data ? kBadData : opened == SPLAT_ERROR_IO ? kFailed : kUsageError);
+    check_opened(splat_fit_open(device, &desc, run.out()));
     return run;
 }
 
 /// Throws a usage Failure for a file that the scene cannot be written to.
-void check_scene_files(const std::vector<std::string>& files) {
-    for (const std::string& file : files) {
+void check_scene_files(const FitOptions& options) {
+    for (const std::string& file : options.scenes) {
         const std::string kind = extension_of(file);
         if (kind != ".ply" && kind != ".splat" && kind != ".spz")
             throw Failure(kUsageError, "--scene is '" + file +
                                            "', expected a file of the extension " +
                                            scene_extensions(true));
         check_folder_of(file);
+        check_target(file, options.overwrite || options.resume, {options.init});
     }
 }
 
@@ -128,14 +128,16 @@ int fit(FitOptions& options) {
         throw Failure(kUsageError, "--resume and --overwrite exclude each other");
     if (!options.resume && options.data.empty())
         throw Failure(kUsageError, "no data: name the folder of photographs");
-    check_scene_files(options.scenes);
+    check_scene_files(options);
     const Device device = open_device(device_desc(options.device));
     prepare_input(options);
     catch_run_signals();
     const Run run = open_fit(device.get(), options);
     std::error_code none;
-    if (!options.resume)  // an earlier scene is not what this run makes
+    if (!options.resume) {  // an earlier scene is not what this run makes
         std::filesystem::remove(options.out + "/scene.ply", none);
+        note_begun(options);
+    }
     FitView view(options.out);
     auto event = sized<splat_run_event>();
     while (event.kind < SPLAT_EVENT_DONE) {
@@ -152,9 +154,15 @@ int fit(FitOptions& options) {
     }
     Scene scene;
     check(splat_fit_scene(run.get(), scene.out()));
-    if (options.object && event.kind == SPLAT_EVENT_DONE) keep_object(scene.get(), options.out);
+    std::exception_ptr failed;
+    try {
+        if (options.object && event.kind == SPLAT_EVENT_DONE) keep_object(scene.get(), options.out);
+    } catch (...) {  // the scene is there all the same
+        failed = std::current_exception();
+    }
     save_scene(options, scene.get());
     view.finish();
+    if (failed) std::rethrow_exception(failed);
     if (options.json) print_json(view.summary(run.get(), scene.get(), event));
     return event.kind == SPLAT_EVENT_DONE          ? kSuccess
            : event.kind == SPLAT_EVENT_INTERRUPTED ? kInterrupted
@@ -164,7 +172,8 @@ int fit(FitOptions& options) {
 }  // namespace
 
 void add_fit(CLI::App& app, int& exit_code) {
-    CLI::App* command = add_command(app, "fit", "Fit a scene to posed photographs.", kFitFooter);
+    CLI::App* command =
+        add_command(app, "fit", "Fit a scene to photographs or a video.", kFitFooter);
     auto options = std::make_shared<FitOptions>();
     FitOptions& f = *options;
     command->add_option("DATA", f.data, "Folder of photographs, or a video")->type_name("");
@@ -228,7 +237,10 @@ void add_fit(CLI::App& app, int& exit_code) {
     command->add_flag("--overwrite", f.overwrite, "Replace the run in --out");
     add_device_option(*command, f.device);
     command->add_flag("--json", f.json, "Print one JSON object on standard output at the end");
-    command->callback([options, &exit_code] { exit_code = fit(*options); });
+    command->callback([options, command, &exit_code] {
+        options->frames_given = command->count("--frames") > 0;
+        exit_code = fit(*options);
+    });
 }
 
 }  // namespace vkrun

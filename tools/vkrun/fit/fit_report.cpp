@@ -128,6 +128,12 @@ Json FitView::summary(splat_run run, splat_scene scene, const splat_run_event& l
     return json;
 }
 
+void check_opened(splat_result opened) {
+    const bool bad_data = opened == SPLAT_ERROR_NOT_FOUND || opened == SPLAT_ERROR_FORMAT ||
+                          opened == SPLAT_ERROR_SHAPE_MISMATCH || opened == SPLAT_ERROR_UNSUPPORTED;
+    check(opened, bad_data ? kBadData : opened == SPLAT_ERROR_IO ? kFailed : kUsageError);
+}
+
 void add_fitted_scene(HtmlPage& page, const std::string& folder, const Json& config) {
     const std::string path = folder + "/scene.ply";
     std::error_code none;

@@ -48,6 +48,10 @@ class FitView {
     double spent_ = 0;  ///< seconds for pictures and pages
 };
 
+/// Throws a Failure where a fit, or the scoring of a scene, was not opened: of bad data for what is read, of usage for
+/// the rest.
+void check_opened(splat_result opened);
+
 /// Adds the scene that a fit made to a page; nothing if there is none. `config` is that of the run. Throws a Failure.
 void add_fitted_scene(HtmlPage& page, const std::string& folder, const Json& config);
 

@@ -16,6 +16,7 @@
 #include "vkrun/cli/picture.h"
 #include "vkrun/predict/network_mask.h"
 #include "vkrun/priors/map_maker.h"
+#include "vkrun/scene/camera_file.h"
 
 namespace vkrun {
 namespace {
@@ -59,21 +60,9 @@ struct MaskedView {
         const splat_image& image = mask.image;
         const std::size_t at = static_cast<std::size_t>(y * image.height) * image.width +
                                static_cast<std::size_t>(x * image.width);
-        return mask.bytes[at * image.channels] > 127 ? 1 : -1;
+        return mask.bytes[at * image.channels] != 0 ? 1 : -1;
     }
 };
-
-/// The file of cameras that a fit reads.
-std::string cameras_of(const fs::path& data, const std::string& which) {
-    std::error_code none;
-    if (which != "transforms")
-        for (const char* folder : {"", "sparse/0", "sparse"})
-            for (const char* file : {"cameras.bin", "cameras.txt"})
-                if (fs::exists(data / folder / file, none)) return (data / folder).string();
-    return (data / (fs::exists(data / "transforms.json", none) ? "transforms.json"
-                                                               : "transforms_train.json"))
-        .string();
-}
 
 /// The mask of a photograph, named as the library takes them; empty if there is none.
 std::string mask_of(const fs::path& folder, fs::path name) {
@@ -89,23 +78,21 @@ std::string mask_of(const fs::path& folder, fs::path name) {
 
 /// The views of a run that have masks. Lenses are left out of account: half a mask is decided by many views.
 std::vector<MaskedView> views_of(const Json& config) {
-    const std::string path =
-        cameras_of(config.at("data").get<std::string>(), config.value("cameras", "auto"));
-    auto desc = sized<splat_camera_file_desc>();
-    desc.flags = SPLAT_CAMERA_IGNORE_DISTORTION;
-    std::uint32_t count = 0;
-    const splat_result counted = splat_camera_load(path.c_str(), &desc, nullptr, 0, &count);
-    check(counted, kBadData);
-    std::vector<splat_camera> cameras(count);
-    check(splat_camera_load(path.c_str(), &desc, cameras.data(), count, &count), kBadData);
-    const Json names = library_json(splat_camera_load_report, path.c_str(),
-                                    static_cast<const splat_camera_file_desc*>(&desc))
-                           .at("names");
+    const std::string path = cameras_in(config.at("data").get<std::string>(),
+                                        config.value("cameras", "auto") == "transforms");
+    CameraFileOptions reading{.size = {}, .ignore_distortion = true, .without_size = true};
+    CameraFile file = load_cameras(path, reading);
     std::vector<MaskedView> views;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        const std::string mask =
-            mask_of(config.at("masks").get<std::string>(), names.at(i).get<std::string>());
-        if (!mask.empty()) views.push_back({cameras[i], load_picture(mask)});
+    for (std::size_t i = 0; i < file.cameras.size(); ++i) {
+        const std::string mask = mask_of(config.at("masks").get<std::string>(), file.names[i]);
+        if (mask.empty()) continue;
+        LoadedPicture picture = load_picture(mask);
+        if (reading.size.width == 0 &&
+            !file.has_size(i)) {  // the photographs have that of their masks
+            reading.size = {picture.image.width, picture.image.height};
+            file = load_cameras(path, reading);
+        }
+        views.push_back({file.cameras[i], std::move(picture)});
     }
     return views;
 }
@@ -186,11 +173,12 @@ std::vector<bool> in_largest_cluster(double radius, const std::vector<float>& me
 
 }  // namespace
 
-std::string make_object_masks(const std::string& photos, const std::string& out) {
+std::string make_object_masks(const std::string& photos, const std::string& out, bool overwrite) {
     MapOptions options;
     options.map = "mask";
     options.in = photos;
     options.out = (fs::path(out) / "masks").string();
+    options.overwrite = overwrite;
     const char* const model = std::getenv("SPLAT_MASK_MODEL");
     if (model != nullptr) options.model = model;
     if (options.model.empty()) options.preset = mask_preset_at_hand();

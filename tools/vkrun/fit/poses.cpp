@@ -80,7 +80,9 @@ class Colmap {
         extract(list);
         match();
         map();
-        return largest();
+        Poses poses = largest();
+        if (status_ != 0 && poses.registered == 0 && !no_pair_) fail("mapper");
+        return poses;
     }
 
   private:
@@ -164,11 +166,13 @@ class Colmap {
         fs::remove_all(out);
         make_folder(out);
         StageLine stage("registered", task_.names.size());
-        // Without a pair to begin with the mapper fails, which the count of photographs tells better.
         run({"mapper", "--database_path", database_, "--image_path", task_.photos.string(),
              "--output_path", out.string()},
             [&](const std::string& line) {
                 if (const auto count = registered_of(line)) stage.show(*count);
+                // The mapper fails then, which the count of photographs tells better.
+                for (const char* none : {"No good initial image pair", "No images with matches"})
+                    no_pair_ = no_pair_ || line.find(none) != std::string::npos;
             });
         if (status_ > 128 || status_ == kNotInstalled) fail("mapper");
     }
@@ -195,6 +199,7 @@ class Colmap {
     std::string database_;
     std::string last_;
     int status_ = 0;
+    bool no_pair_ = false;
 };
 
 }  // namespace

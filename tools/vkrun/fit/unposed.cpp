@@ -20,6 +20,7 @@
 #include "vkrun/fit/object.h"
 #include "vkrun/fit/poses.h"
 #include "vkrun/fit/video.h"
+#include "vkrun/scene/camera_file.h"
 #include "vkrun/train/run_signals.h"
 
 namespace vkrun {
@@ -33,6 +34,11 @@ constexpr const char* kMade[] = {"data", "masks", "colmap", "photos", "colmap.lo
 bool has(const fs::path& path) {
     std::error_code none;
     return fs::exists(path, none);
+}
+
+/// Whether a folder holds a run, as the library sees it.
+bool holds_run(const fs::path& out) {
+    return has(out / "config.json") && (has(out / "lock") || has(out / "run.json"));
 }
 
 /// Names of files in a folder with one of the extensions, in order.
@@ -99,12 +105,17 @@ class Record {
         const Json done = json_.value("done", Json::array());
         return std::find(done.begin(), done.end(), stage) != done.end();
     }
-    /// Removes what was made of other input.
+    /// Removes what was made of other input, and what makes the folder that of an old run.
     void begin(const Json& what, bool object) {
+        const fs::path out = path_.parent_path();
         if (this->what() != what) {
-            for (const char* name : kMade) fs::remove_all(path_.parent_path() / name);
+            for (const char* name : kMade) fs::remove_all(out / name);
             json_ = {{"what", what}, {"done", Json::array()}};
         }
+        set_object(object);
+        for (const char* name : {"config.json", "run.json"}) fs::remove(out / name);
+    }
+    void set_object(bool object) {
         json_["object"] = object;
         save();
     }
@@ -174,8 +185,10 @@ class Preparation {
     void make_masks() {
         if (!input_.object || !input_.masks.empty()) return;
         // Masks that are made stay, so a signal may end it at once.
-        for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
-        input_.masks = make_object_masks(photos_of(input_.data).string(), input_.out);
+        for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+            if (std::signal(signal, SIG_DFL) == SIG_IGN) std::signal(signal, SIG_IGN);
+        input_.masks =
+            make_object_masks(photos_of(input_.data).string(), input_.out, input_.overwrite);
     }
 
   private:
@@ -250,7 +263,7 @@ Json what_of(const fs::path& source, const std::vector<std::string>& names, cons
 void check_out(const FitInput& input, const Record& record) {
     const fs::path out = input.out;
     const std::string place = "'" + input.out + "' is there and ";
-    const bool is_run = has(out / "config.json");
+    const bool is_run = holds_run(out);
     if (is_run && !input.overwrite)
         throw Failure(kUsageError,
                       place + "holds a run: --resume it, --overwrite it, or choose another folder");
@@ -265,19 +278,65 @@ void check_out(const FitInput& input, const Record& record) {
                                            "makes: choose another folder");
 }
 
-/// Goes on with what was interrupted before its run began; true: the run has begun, and no more is to do.
+/// Throws where input lies in what is removed for it.
+void check_kept(const FitInput& input, const fs::path& source) {
+    const auto whole = [](const fs::path& path) {
+        return fs::weakly_canonical(fs::absolute(path));
+    };
+    for (const fs::path& path : {fs::path(input.data), source, fs::path(input.masks)}) {
+        if (path.empty()) continue;
+        const fs::path below = whole(path).lexically_relative(whole(input.out));
+        for (const char* name : kMade)
+            if (!below.empty() && *below.begin() == name)
+                throw Failure(kUsageError, "'" + path.string() + "' lies in '" + input.out +
+                                               "', where this command makes '" + name +
+                                               "' anew: choose another folder");
+    }
+}
+
+/// Throws for options that such input does not have.
+void check_options(const FitInput& input, bool video) {
+    if (input.frames_given && !video)
+        throw Failure(kUsageError, "--frames is for a video, and '" + input.data + "' is none");
+    if (video && input.cameras == "transforms")
+        throw Failure(kUsageError,
+                      "--cameras is 'transforms', which a video has none of: leave it out");
+}
+
+/// Throws where photographs with cameras lie in other folders than that of which masks are made.
+void check_together(const FitInput& input, const std::vector<std::string>& photos) {
+    bool together = !photos.empty();
+    try {
+        const CameraFile file =
+            load_cameras(cameras_in(input.data, input.cameras == "transforms"),
+                         {.size = {}, .ignore_distortion = true, .without_size = true});
+        for (const std::string& text : file.names) {
+            fs::path name = fs::path(text).lexically_normal();
+            if (!name.empty() && *name.begin() == "images")
+                name = name.lexically_relative("images");
+            together = together && !name.has_parent_path();
+        }
+    } catch (const Failure&) {  // the fit has its sentence
+        return;
+    }
+    if (!together)
+        throw Failure(kUsageError, "--object makes masks of photographs in '" + input.data +
+                                       "' or its images/, but they lie in other folders: give "
+                                       "--masks");
+}
+
+/// Whether a run that has begun is resumed, so that no more is to do.
 bool is_begun(FitInput& input, const Record& record) {
     if (!input.resume) return false;
+    if (record.is_there() && !holds_run(input.out))
+        throw Failure(kUsageError, "'" + input.out +
+                                       "' has what a run is made of, but no run yet: repeat the "
+                                       "command without --resume; what is done stays done");
     if (input.object && !record.object())
         throw Failure(kUsageError, "--object belongs to the beginning of a run: begin a new one");
     if (!record.is_there()) return true;
     input.object = record.object();
     const std::string source = record.what().value("source", "");
-    if (!has(fs::path(input.out) / "config.json")) {
-        input.resume = false;
-        if (input.data.empty()) input.data = source;
-        return false;
-    }
     const fs::path data = fs::weakly_canonical(input.data);
     if (data == source || photos_of(data) == source) input.data.clear();
     return true;
@@ -293,14 +352,17 @@ void prepare_input(FitInput& input) {
     const fs::path source = video ? data : photos_of(data);
     const std::vector<std::string> names = video ? std::vector<std::string>() : photos_in(source);
     const bool asks = input.cameras.empty() || input.cameras == "auto";
+    check_options(input, video);
     bool unposed = video;
     if (!video && fs::is_directory(data) && asks && !has_cameras(data)) {
         check_formats(source, names.size());
         unposed = !names.empty();
     }
     if (!unposed && (!input.object || !fs::is_directory(data))) return;
+    if (!unposed && input.masks.empty()) check_together(input, names);
     check_out(input, record);
     const Json what = what_of(source, names, input);
+    if (record.what() != what) check_kept(input, source);
     const bool has_poses = record.what() == what && record.is_done("poses");
     std::uint64_t frames = 0;
     catch_run_signals();
@@ -312,6 +374,11 @@ void prepare_input(FitInput& input) {
     Preparation preparation(input, record);
     if (unposed) preparation.make_poses(source, video, frames);
     preparation.make_masks();
+}
+
+void note_begun(const FitInput& input) {
+    Record record(input.out);
+    if (record.is_there() && record.object() != input.object) record.set_object(input.object);
 }
 
 }  // namespace vkrun

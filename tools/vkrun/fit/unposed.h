@@ -11,6 +11,7 @@ struct FitInput {
         data;  ///< photographs with or without cameras, or a video; may be empty on resuming
     std::string out, masks, cameras;
     std::uint32_t frames = 120;  ///< how many are taken from a video
+    bool frames_given = false;
     bool object = false, resume = false, overwrite = false;
 };
 
@@ -22,8 +23,13 @@ struct FitInput {
 ///   colmap/, colmap.log, photos/ (frames of a video)
 ///   prepared.json  of what and how, and which stages are done, which a repeated command leaves out
 ///
-/// Changes the input to that of the fit: data, masks, resume (a fit that was interrupted before its run began begins),
-/// object (of a resumed one). Input with cameras and without --object stays as it is. Throws a Failure with what to do.
+/// Changes the input to that of the fit: data, masks, object (of a resumed one). Input with cameras and without
+/// --object stays as it is. Refuses to resume what was interrupted before its run began, which the same command goes on
+/// with. Removes config.json and run.json of a run that is replaced, so that nothing resumes it. Throws a Failure with
+/// what to do.
 void prepare_input(FitInput& input);
+
+/// Note in OUT's prepared.json, if there is one, whether the run that has begun keeps the object alone.
+void note_begun(const FitInput& input);
 
 }  // namespace vkrun

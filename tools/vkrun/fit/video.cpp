@@ -185,9 +185,9 @@ void decode(const std::string& video, const std::string& log, SharpestFrames& sh
     PpmStream stream([&](Frame& frame) { sharpest.take(frame); });
     std::string last;
     // Even times keep ffmpeg from leaving out or repeating frames.
-    const std::string filter =
-        format("setpts=N/(25*TB),scale='if(gt(iw,ih),min(%d,iw),-2)':'if(gt(iw,ih),-2,min(%d,ih))'",
-               kLongestSide, kLongestSide);
+    const std::string filter = format(
+        "settb=1/25,setpts=N,scale='if(gt(iw,ih),min(%d,iw),-2)':'if(gt(iw,ih),-2,min(%d,ih))'",
+        kLongestSide, kLongestSide);
     const int status = run_child(
         {"ffmpeg", "-v", "error", "-nostdin", "-i", "file:" + video, "-map", "0:v:0", "-vf", filter,
          "-r", "25", "-f", "image2pipe", "-c:v", "ppm", "-pix_fmt", "rgb24", "pipe:1"},

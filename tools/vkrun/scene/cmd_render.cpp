@@ -277,8 +277,9 @@ void save_cameras(const RenderOptions& options, const std::vector<View>& views) 
 
 void check_targets(const RenderOptions& options, const std::vector<View>& views) {
     std::set<std::filesystem::path> targets;
-    const auto check = [&options, &targets](const std::string& path) {
-        check_target(path, options.overwrite, {options.scene, options.cameras, options.path});
+    const std::string keys = options.path.empty() ? "" : cameras_in(options.path);
+    const auto check = [&](const std::string& path) {
+        check_target(path, options.overwrite, {options.scene, options.cameras, keys});
         const auto place = std::filesystem::weakly_canonical(std::filesystem::absolute(path));
         if (!targets.insert(place).second)
             throw Failure(kUsageError, "'" + path +
@@ -329,6 +330,13 @@ void write_render_page(const RenderOptions& options, const SceneFile& file,
 
 int run_render(RenderOptions options) {
     if (options.path == "orbit") {
+        if (options.orbit != 0)
+            throw Failure(kUsageError,
+                          "--path orbit has its number of cameras from --frames: leave "
+                          "out --orbit");
+        if (options.closed)
+            throw Failure(kUsageError,
+                          "--closed is for a path through cameras; an orbit is closed already");
         options.path.clear();
         options.orbit = options.frames;
     }

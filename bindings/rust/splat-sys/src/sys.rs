@@ -3637,13 +3637,13 @@ extern "C" {
     /// ```text
     /// Open a fit, which splat_run_destroy closes: read the photographs, undo the distortion of their lenses, and without
     /// `steps` measure how many take `seconds`; then make the folder, or lock that of the run. Fits of equal photographs,
-    /// steps and seeds have equal bits. On resuming, what is given (not 0 or NULL) must equal the run's. A split of the
-    /// data's own goes before `test_every`.
+    /// steps, seeds, memory_gaussians and memory_downscale (in config.json; `values` repeat them) have equal bits. Resumed,
+    /// what is given (not 0 or NULL) must equal the run's, but memory_bytes. The data's own split goes before `test_every`.
     ///
     /// What it takes of the device is estimated, and told as a message. A new fit that takes more than `memory_bytes`, or
-    /// than there is, has fewer Gaussians, down to a quarter of them or 5,000, then photographs of half the sides, a quarter
-    /// and so on, and warns. Where memory runs out in a step, the fit warns and goes on without growth, then with one view a
-    /// step instead of two.
+    /// than there is, has fewer Gaussians (at least a quarter, 5,000, and those of a scene), then photographs of half the
+    /// sides, a quarter and so on, and warns. Where memory runs out in a step, the fit warns and goes on without growth,
+    /// then with one view a step instead of two.
     ///
     /// splat_run_next of it returns errors of the rasterizer and of the device, and SPLAT_ERROR_INVALID_STATE after the
     /// device failed within an update: close the run and resume it.
@@ -3651,8 +3651,8 @@ extern "C" {
     ///   SPLAT_ERROR_INVALID_ARGUMENT      desc; fewer than two photographs to fit; other photographs than the run's
     ///   SPLAT_ERROR_INVALID_STATE         a session has the folder open (the message names its process); it holds a run,
     ///                                     no run, or something else
-    ///   SPLAT_ERROR_NOT_FOUND             no cameras, photographs or masks; no state can be read
-    ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_SHAPE_MISMATCH   cameras or photographs that are damaged or do not fit each other
+    ///   SPLAT_ERROR_NOT_FOUND             no cameras, photographs, masks, maps or scene of init; no state to read
+    ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_SHAPE_MISMATCH   damaged cameras, photographs, maps, scene; or they do not fit
     ///   SPLAT_ERROR_UNSUPPORTED           a lens; a format of photographs; more Gaussians or larger photographs than the
     ///                                     device takes
     ///   SPLAT_ERROR_IO                    the folder cannot be written; parts may remain
