@@ -288,39 +288,37 @@ TEST_P(PhotoLoss, NamesWhatIsWrong) {
     EXPECT_ERROR(status({30, 30}, 1), Code::kShape, "'workspace'");
 }
 
+/// Check the gradient of one of the input's arrays, at these values.
+template <class Array>
+testing::AssertionResult photo_gradcheck(const char* name, const PhotoLossInput& in,
+                                         Array PhotoLossInput::*array,
+                                         const std::vector<double>& values,
+                                         const std::vector<double>& gradient) {
+    return gradcheck(
+        name,
+        [&](const std::vector<double>& changed_values) {
+            PhotoLossInput changed = in;
+            changed.*array = changed_values;
+            return ref::photo_loss_forward<double>(changed);
+        },
+        values, gradient);
+}
+
 TEST(PhotoLossReference, GradcheckFloat64) {
     for (const Mask mask : {Mask::kFull, Mask::kHoles}) {
-        PhotoLossInput in = make_input(13, 9, mask, 13);
-        EXPECT_TRUE(gradcheck(
-            "image",
-            [&in](const std::vector<double>& image) {
-                PhotoLossInput changed = in;
-                changed.image = image;
-                return ref::photo_loss_forward<double>(changed);
-            },
-            in.image, ref::photo_loss_backward<double>(in)));
+        const PhotoLossInput in = make_input(13, 9, mask, 13);
+        EXPECT_TRUE(photo_gradcheck("image", in, &PhotoLossInput::image, in.image,
+                                    ref::photo_loss_backward<double>(in)));
     }
 }
 
 TEST(PhotoLossReference, GradcheckOfAnExposureFloat64) {
     PhotoLossInput in = make_input(13, 9, Mask::kHoles, 15);
     in.exposure = kExposure;
-    EXPECT_TRUE(gradcheck(
-        "image",
-        [&in](const std::vector<double>& image) {
-            PhotoLossInput changed = in;
-            changed.image = image;
-            return ref::photo_loss_forward<double>(changed);
-        },
-        in.image, ref::photo_loss_backward<double>(in)));
-    EXPECT_TRUE(gradcheck(
-        "exposure",
-        [&in](const std::vector<double>& exposure) {
-            PhotoLossInput changed = in;
-            changed.exposure = exposure;
-            return ref::photo_loss_forward<double>(changed);
-        },
-        kExposure, ref::photo_loss_exposure_backward<double>(in)));
+    EXPECT_TRUE(photo_gradcheck("image", in, &PhotoLossInput::image, in.image,
+                                ref::photo_loss_backward<double>(in)));
+    EXPECT_TRUE(photo_gradcheck("exposure", in, &PhotoLossInput::exposure, kExposure,
+                                ref::photo_loss_exposure_backward<double>(in)));
 }
 
 }  // namespace

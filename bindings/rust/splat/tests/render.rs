@@ -147,22 +147,30 @@ fn a_scene_is_drawn_in_one_call() {
     assert_eq!(rasterizer.get_info(None).unwrap().views, 4);
 }
 
+/// A scene's arrays on the device, in the order of `Gaussians`.
+fn tensors_of(scene: &Scene) -> [Tensor; 5] {
+    ["means", "scales", "rotations", "opacities", "sh"]
+        .map(|name| scene.to_tensor(name, device()).unwrap())
+}
+
+fn gaussians_of([means, scales, rotations, opacities, sh]: &[Tensor; 5]) -> Gaussians<'_> {
+    Gaussians {
+        means: Some(means),
+        scales: Some(scales),
+        rotations: Some(rotations),
+        opacities: Some(opacities),
+        sh: Some(sh),
+        ..Default::default()
+    }
+}
+
 #[test]
 fn gradients_come_back_for_each_state() {
     let scene = scene(50);
     let desc = RasterizerDesc { flags: RasterizerFlags::BACKWARD, ..Default::default() };
     let rasterizer = rasterizer(device(), desc);
-    let tensor = |name: &str| scene.to_tensor(name, device()).unwrap();
-    let (means, scales, rotations) = (tensor("means"), tensor("scales"), tensor("rotations"));
-    let (opacities, sh) = (tensor("opacities"), tensor("sh"));
-    let gaussians = Gaussians {
-        means: Some(&means),
-        scales: Some(&scales),
-        rotations: Some(&rotations),
-        opacities: Some(&opacities),
-        sh: Some(&sh),
-        ..Default::default()
-    };
+    let tensors = tensors_of(&scene);
+    let gaussians = gaussians_of(&tensors);
     let second = RasterState::create(&rasterizer).unwrap();
     rasterizer.forward(None, &gaussians, &[camera()], None).unwrap();
     rasterizer.forward(Some(&second), &gaussians, &[camera()], Some([1.0; 3])).unwrap();
@@ -191,18 +199,8 @@ fn smaller_views_tiles_and_what_gaussians_add() {
         RasterizerFlags::GRAD_INTRINSICS | RasterizerFlags::CONTRIBUTIONS | RasterizerFlags::IDS;
     let desc = RasterizerDesc { flags, convention: Convention::GSPLAT, ..Default::default() };
     let rasterizer = rasterizer(device(), desc);
-    let tensor = |name: &str| scene.to_tensor(name, device()).unwrap();
-    let (means, scales, rotations) = (tensor("means"), tensor("scales"), tensor("rotations"));
-    let (opacities, sh) = (tensor("opacities"), tensor("sh"));
-    let gaussians = Gaussians {
-        means: Some(&means),
-        scales: Some(&scales),
-        rotations: Some(&rotations),
-        opacities: Some(&opacities),
-        sh: Some(&sh),
-        active_tiles: Some(&[1, 1, 0, 1, 1, 1]),
-        ..Default::default()
-    };
+    let tensors = tensors_of(&scene);
+    let gaussians = Gaussians { active_tiles: Some(&[1, 1, 0, 1, 1, 1]), ..gaussians_of(&tensors) };
     rasterizer.forward(None, &gaussians, &[camera()], Some([1.0; 3])).unwrap();
     let alpha = rasterizer.to_vec(None, Output::ALPHA).unwrap();
     assert!(alpha.iter().enumerate().all(|(p, a)| p % 48 < 32 || p / 48 >= 16 || *a == 0.0));
