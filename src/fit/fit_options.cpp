@@ -154,7 +154,7 @@ Status check_strategy(const FitOptions& o) {
         return invalid(
             "skip_unseen is true, but the regularisers of mcmc move unseen Gaussians, too: "
             "expected false, or the strategy split");
-    return in_range("growth_every", s.growth_every, 1, kMostSteps);
+    return in_range("growth_every", s.growth_every, 0, kMostSteps);
 }
 
 Status check(const FitOptions& o) {

@@ -20,7 +20,7 @@ struct Strategy {
     bool mcmc = false;
     double mcmc_noise = 5e5;  ///< in units of the means' rate, for cameras within a radius of 5
     double opacity_weight = 0.01, scale_weight = 0.01;  ///< mcmc's regularisers
-    std::uint64_t growth_every = 100;                   ///< steps
+    std::uint64_t growth_every = 0;                     ///< steps; 0: by the length of the fit
     double rate = 1;                                    ///< factor of all rates
     bool skip_sizes = true;    ///< draw small views at first, instead of full ones
     bool skip_bands = true;    ///< begin with a degree of 0, instead of the highest

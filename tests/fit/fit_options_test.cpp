@@ -43,7 +43,7 @@ TEST(FitOptions, ValuesWithoutEffectAreRefused) {
     refused(with({"strategy=none"}), "strategy is 'none', expected split or mcmc");
     refused(with({"rate=-1"}), "rate is -1");
     refused(with({"mcmc_noise=inf"}), "mcmc_noise is inf");
-    refused(with({"growth_every=0"}), "growth_every is 0, expected 1");
+    refused(with({"growth_every=10000001"}), "growth_every is 10000001, expected 0 to");
     refused(with({"sh_degree=4"}), "sh_degree is 4, expected 0 to 3");
     refused(with({"cameras=colmpa"}), "cameras is 'colmpa', expected auto, colmap or transforms");
     refused(with({"strategy=mcmc", "skip_unseen=true"}), "skip_unseen is true, but");
