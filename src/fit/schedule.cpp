@@ -55,7 +55,7 @@ Schedule::Shape Schedule::shape_of(double seconds) {
 
 double step_milliseconds(double gaussians, std::uint32_t sh_degree, double pixels) {
     const double terms = scene::sh_coefficients(sh_degree);
-    return 8.4 + 4.0e-4 * gaussians + 4.0e-5 * gaussians * terms + 3.1e-4 * pixels;
+    return 1 + 8.2e-4 * gaussians + 1.9e-5 * gaussians * terms + 4.35e-4 * pixels;
 }
 
 void Schedule::build(double seconds) {

@@ -105,8 +105,8 @@ TEST(Schedule, GoesByItsStrategy) {
     EXPECT_TRUE(schedule.grows(150));
     EXPECT_FALSE(usual.grows(150));
     EXPECT_TRUE(usual.grows(140));  // a fourteenth of the steps is 35
-    EXPECT_FALSE(Schedule::of_steps(kDesc, 20000).grows(2050));
-    EXPECT_TRUE(Schedule::of_steps(kDesc, 20000).grows(2100));
+    EXPECT_FALSE(Schedule::of_steps(kDesc, 20000).grows(5050));
+    EXPECT_TRUE(Schedule::of_steps(kDesc, 20000).grows(5000));
     EXPECT_TRUE(usual.splits_after(150));
     EXPECT_EQ(Schedule::of_seconds(desc, 3).rates(0).rotation,
               2 * Schedule::of_seconds(kDesc, 3).rates(0).rotation);
