@@ -312,10 +312,14 @@ Result<std::vector<float>> Fitter::draw(const scene::Camera& camera, std::uint32
 }
 
 Result<double> Fitter::slowness() {
-    constexpr std::uint64_t kTimed = 3;
-    std::vector<double> ratios;
-    for (const std::uint32_t factor : {4U, 2U, 1U}) {
+    constexpr std::uint64_t kTimed = 6;
+    constexpr double kDrawn =
+        0.92;  // share of a step that is drawing and comparing; the rest is the update
+    constexpr std::uint32_t kFactors[] = {4, 2, 1};
+    double ratios = 0;
+    for (const std::uint32_t factor : kFactors) {
         SPLAT_TRY(use_size(factor));
+        double milliseconds = 0, model = 0;
         for (std::uint64_t turn = 0; turn <= kTimed; ++turn) {
             const Views views = views_of(*truths_, turn);
             const scene::Camera& camera = views[0]->camera;
@@ -323,14 +327,14 @@ Result<double> Fitter::slowness() {
             const Stopwatch watch;
             FitStep done;
             SPLAT_TRY(draw_and_compare(views, 0, *to, done));
-            const double model = step_milliseconds(
-                set_.count(), 0, static_cast<double>(camera.width) * camera.height);
-            // The first turn compiles kernels and finds the memory for pairs.
-            if (turn > 0) ratios.push_back(1000 * watch.seconds() / model);
+            if (turn == 0) continue;  // kernels were compiled, and the memory for pairs found
+            milliseconds += 1000 * watch.seconds();
+            model += step_milliseconds(set_.count(), 0,
+                                       static_cast<double>(camera.width) * camera.height);
         }
+        ratios += milliseconds / model;
     }
-    std::sort(ratios.begin(), ratios.end());
-    return ratios[ratios.size() / 2];
+    return ratios / std::size(kFactors) / kDrawn;
 }
 
 }  // namespace splat::fit

@@ -100,7 +100,8 @@ class Fitter {
         return refinement_.camera(i, photos_[i].camera);
     }
 
-    /// Median of the seconds of a step over those of the cost model, by drawing and comparing a few views of each size.
+    /// Seconds of a step over those of the cost model, by drawing and comparing a few views of each size. Means: what
+    /// else the machine does slows a fit, too.
     /// Changes nothing.
     Result<double> slowness();
 
