@@ -38,11 +38,13 @@ if command == os.environ.get("FAKE_HANGS"):
     time.sleep(60)
 if command == "feature_extractor":
     names = open(value("--image_list_path")).read().splitlines()
+    assert int(value("--SiftExtraction.max_num_features")) > 0
     for i, name in enumerate(names):
         assert os.path.exists(os.path.join(value("--image_path"), name)), name
         print(f"Processed file [{i + 1}/{len(names)}]")
     open(value("--database_path"), "w").write("\n".join(names))
 elif command.endswith("_matcher"):
+    assert command == "sequential_matcher" or int(value("--ExhaustiveMatching.block_size")) > 0
     print("Matching block [1/1, 1/1] in 0.1s")
 elif command == "mapper":
     names = open(value("--database_path")).read().splitlines()
