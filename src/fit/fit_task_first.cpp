@@ -7,6 +7,7 @@
 #include "io/compress.h"
 #include "io/file.h"
 #include "io/scene_file.h"
+#include "scene/arrays.h"
 
 namespace splat::fit {
 namespace {
@@ -108,12 +109,17 @@ Status FitTask::check_first() const {
                    most == options_.memory_gaussians ? "memory_gaussians" : "max_gaussians");
 }
 
-Status FitTask::place_first() {
+Status FitTask::place_first(std::size_t least) {
     SPLAT_TRY(check_first());
-    if (first_) return on_device([&] { return fitter_->begin(*first_); });
-    SPLAT_ASSIGN(const scene::Gaussians first,
-                 first_gaussians(points_, fitter_->schedule().first_gaussians(), options_.seed));
-    return on_device([&] { return fitter_->begin(first); });
+    scene::Gaussians made;
+    if (!first_)
+        SPLAT_SET(made,
+                  first_gaussians(points_, fitter_->schedule().first_gaussians(), options_.seed));
+    const scene::Gaussians& first = first_ ? *first_ : made;
+    if (first.count() >= least) return on_device([&] { return fitter_->begin(first); });
+    std::vector<std::size_t> rows(least);
+    for (std::size_t i = 0; i < least; ++i) rows[i] = i % first.count();
+    return on_device([&] { return fitter_->begin(scene::gather(first, rows)); });
 }
 
 }  // namespace splat::fit
