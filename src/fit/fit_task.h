@@ -87,7 +87,7 @@ class FitTask : public run::Task {
                      run::Messages& messages);
     [[nodiscard]] std::size_t first_count() const;
     [[nodiscard]] Status check_first() const;
-    /// Begin; with copies of what there is, if that is fewer than `least`.
+    /// Begin; with copies of what there is, if that is fewer than `least`, which cover the same area.
     Status place_first(std::size_t least = 0);
     [[nodiscard]] std::uint32_t degree() const;
     [[nodiscard]] double fraction() const;

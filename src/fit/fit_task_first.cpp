@@ -1,6 +1,7 @@
 // What a fit's Gaussians are to begin with.
 
 #include <algorithm>
+#include <cmath>
 
 #include "fit/first_gaussians.h"
 #include "fit/fit_task.h"
@@ -119,7 +120,10 @@ Status FitTask::place_first(std::size_t least) {
     if (first.count() >= least) return on_device([&] { return fitter_->begin(first); });
     std::vector<std::size_t> rows(least);
     for (std::size_t i = 0; i < least; ++i) rows[i] = i % first.count();
-    return on_device([&] { return fitter_->begin(scene::gather(first, rows)); });
+    scene::Gaussians copies = scene::gather(first, rows);
+    const double share = static_cast<double>(first.count()) / static_cast<double>(least);
+    for (float& scale : copies.log_scales) scale += static_cast<float>(std::log(share) / 2);
+    return on_device([&] { return fitter_->begin(copies); });
 }
 
 }  // namespace splat::fit
