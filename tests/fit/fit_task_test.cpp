@@ -266,7 +266,9 @@ TEST_F(FitTask, KeepsToItsMemory) {
 /// Memory that is not there when Gaussians are rearranged, and when views are drawn.
 TEST_F(FitTask, GoesOnWhereMemoryRunsOut) {
     context_ = make_context(context_desc(vk::Kernels::kAuto, Bounds::kExact));
-    const auto run = need(open("whole", desc(230)));
+    fit::FitDesc whole = desc(230);
+    whole.values = {"growth_every=100"};
+    const auto run = need(open("whole", whole));
     go(*run, 100);
     fault::arm("vk.allocate_memory", 1, 2);
     go(*run, 101);

@@ -166,8 +166,8 @@ class Unposed(unittest.TestCase):
         calls = self.calls()
         self.assertEqual([call[1] for call in calls],
                          ["help", "feature_extractor", "exhaustive_matcher", "mapper"])
-        self.assertEqual(calls[1][-2:], ["--SiftExtraction.use_gpu", "0"])
-        self.assertEqual(calls[2][-2:], ["--SiftMatching.use_gpu", "0"])
+        self.assertEqual(calls[1][-4:-2], ["--SiftExtraction.use_gpu", "0"])
+        self.assertEqual(calls[2][-4:-2], ["--SiftMatching.use_gpu", "0"])
         self.assertEqual(json.loads(said[said.index("{\n"):said.rindex("}") + 1])["gaussians"], 223)
         self.assertEqual((self.out / "data/images").resolve(), self.photos)
         self.assertTrue((self.out / "scene.ply").exists())
@@ -188,8 +188,8 @@ class Unposed(unittest.TestCase):
         said = self.fit(0, self.make_photos(), "--steps", 2, FAKE_NEWER="1")
         self.expect(said, "colmap: registered 12 of 12")
         calls = self.calls()
-        self.assertEqual(calls[1][-2:], ["--FeatureExtraction.use_gpu", "0"])
-        self.assertEqual(calls[2][-2:], ["--FeatureMatching.use_gpu", "0"])
+        self.assertEqual(calls[1][-4:-2], ["--FeatureExtraction.use_gpu", "0"])
+        self.assertEqual(calls[2][-4:-2], ["--FeatureMatching.use_gpu", "0"])
 
     def test_missing_programs_are_named(self):
         self.make_photos()
