@@ -313,8 +313,7 @@ Result<std::vector<float>> Fitter::draw(const scene::Camera& camera, std::uint32
 
 Result<double> Fitter::slowness() {
     constexpr std::uint64_t kTimed = 3;
-    constexpr double kDrawn =
-        0.92;  // share of a step that is drawing and comparing; the rest is the update
+    constexpr double kDrawn = 0.92;  // share of drawing and comparing; the rest is the update
     constexpr std::uint32_t kFactors[] = {4, 2, 1};
     double ratios = 0;
     for (const std::uint32_t factor : kFactors) {

@@ -100,9 +100,8 @@ class Fitter {
         return refinement_.camera(i, photos_[i].camera);
     }
 
-    /// Seconds of a step over those of the cost model, by drawing and comparing a few views of each size. Means: what
-    /// else the machine does slows a fit, too.
-    /// Changes nothing.
+    /// Seconds of a step over those of the cost model, by drawing and comparing a few views of each size. Changes
+    /// nothing. Takes means, as other work on the machine slows a fit, too.
     Result<double> slowness();
 
     [[nodiscard]] const Schedule& schedule() const { return schedule_; }

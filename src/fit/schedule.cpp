@@ -8,7 +8,8 @@ namespace {
 
 constexpr double kPruneTo = 0.85;  ///< fraction of the fit in which faint Gaussians are dropped
 
-// Steps between two growths: published for 30,000 steps, and what gave the best short fits, 0.6 dB above the published.
+// A fit grows each 100 steps, as published for 30,000 of them; a short one at each fourteenth of its steps. Of 25, 35,
+// 50 and 70 steps in between, 25 and 35 were best in fits of 350: 29.7 dB instead of 29.5, means of three seeds.
 constexpr std::uint64_t kGrowths = 14, kLeastBetween = 10, kMostBetween = 100;
 
 // Noise is in units of lengths times areas. COLMAP's cameras, as the authors' program takes them, lie about so far from
