@@ -126,17 +126,18 @@ class Colmap {
 
     void extract(const std::string& list) {
         StageLine stage("features of", task_.names.size());
-        std::vector<std::string> words = {"feature_extractor",
-                                          "--database_path",
-                                          database_,
-                                          "--image_path",
-                                          task_.photos.string(),
-                                          "--image_list_path",
-                                          list,
-                                          "--ImageReader.single_camera",
-                                          task_.one_camera ? "1" : "0",
-                                          "--ImageReader.camera_model",
-                                          task_.one_camera ? "OPENCV" : "SIMPLE_RADIAL"};
+        std::vector<std::string> words = {
+            "feature_extractor",
+            "--database_path",
+            database_,
+            "--image_path",
+            task_.photos.string(),
+            "--image_list_path",
+            list,
+            "--ImageReader.single_camera",
+            task_.one_camera ? "1" : "0",
+            "--ImageReader.camera_model",
+            task_.one_camera && !task_.ordered ? "OPENCV" : "SIMPLE_RADIAL"};
         words.push_back(gpu_option("feature_extractor", "FeatureExtraction", "SiftExtraction"));
         words.insert(words.end(), {"0", "--SiftExtraction.max_num_features", kMostFeatures});
         const bool done = run(words, [&](const std::string& line) {
