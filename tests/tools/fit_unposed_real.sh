@@ -42,7 +42,7 @@ else
     data="$temp/film.mp4"
     ffmpeg -v error -framerate 15 -i "$temp/frames/%03d.png" -c:v libx264 -crf 16 -pix_fmt yuv420p "$data" ||
         fail "ffmpeg makes no video"
-    least_psnr=22
+    least_psnr=28
 fi
 "$vkrun" fit "$data" --out "$temp/run" --seconds 15 --downscale 2 --json > "$temp/result.json" 2> "$temp/log" ||
     fail "status $?: $(tail -n 5 "$temp/log")"
