@@ -62,15 +62,36 @@ function(splat_embed_shaders out table)
     VERBATIM)
 endfunction()
 
+# Altered builds, presets lanes and rounding: results must not need what lavapipe alone gives.
+#   lanes      local indices run against subgroups and across them, except in kernels that count on lavapipe's order
+#   rounding   quotients, roots and exponentials err by what Vulkan allows (AllowedErrors.py)
+set(SPLAT_ALTERED_SHADERS "" CACHE STRING "For tests: lanes or rounding")
+set(permuted_lanes
+    "-Dgl_LocalInvocationID=uvec3(gl_WorkGroupSize.x - 1u - (gl_WorkGroupSize.x % 8u != 0u ? gl_LocalInvocationID.x \
+: gl_LocalInvocationID.x % 8u * (gl_WorkGroupSize.x / 8u) + gl_LocalInvocationID.x / 8u), 0u, 0u)")
+if(SPLAT_ALTERED_SHADERS STREQUAL "rounding")
+  find_package(Python3 REQUIRED COMPONENTS Interpreter)
+endif()
+
 # One module, compiled: <name>.spv in the caller's build folder. Appends to the caller's `names`. The test
 # House.ShadersAreValid runs spirv-val.
 macro(splat_shader_module source name)
   set(spv ${CMAKE_CURRENT_BINARY_DIR}/${name}.spv)
+  set(permuted "")
+  set(rounded "")
+  # ST4_RUN of the second writes pairs of lanes.
+  if(SPLAT_ALTERED_SHADERS STREQUAL "lanes" AND NOT "${source}${ARGN}" MATCHES "_cpu-|winograd_forward_weight-.*=1")
+    set(permuted ${permuted_lanes})
+  elseif(SPLAT_ALTERED_SHADERS STREQUAL "rounding")
+    set(rounding ${PROJECT_SOURCE_DIR}/cmake/AllowedErrors.py)
+    set(rounded COMMAND ${Python3_EXECUTABLE} ${rounding} ${spv} DEPENDS ${rounding})
+  endif()
   add_custom_command(
     OUTPUT ${spv}
     COMMAND ${GLSLANG_VALIDATOR} --quiet -V --target-env vulkan1.2
-            -I${PROJECT_SOURCE_DIR}/shaders/include ${ARGN} --depfile ${spv}.d
+            -I${PROJECT_SOURCE_DIR}/shaders/include ${ARGN} ${permuted} --depfile ${spv}.d
             -o ${spv} ${CMAKE_CURRENT_SOURCE_DIR}/${source}.comp
+    ${rounded}
     DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${source}.comp
     DEPFILE ${spv}.d
     COMMENT "Shader ${name}"

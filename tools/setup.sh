@@ -18,7 +18,8 @@ packages_build="build-essential cmake ninja-build pkg-config
 # The tests need them, too; clang is the second compiler that checks include/splat.h, and with Python it reads the
 # headers for the bindings. The tests make a locale with decimal commas; curl and openssl
 # are for downloads.
-packages_test="libgtest-dev liblzma-dev spirv-tools vulkan-validationlayers clang python3 locales curl openssl"
+packages_test="libgtest-dev liblzma-dev spirv-tools spirv-cross vulkan-validationlayers clang python3 locales curl
+    openssl"
 
 # Needed by the tests against PyTorch, splat-transform and GNU parallel and in a browser, which are not among the quick
 # ones. A node that does not come from Debian has its own npm, which conflicts with Debian's.

@@ -105,7 +105,7 @@ def api_of(header: str, notes: Dict[str, Any]) -> Dict[str, Any]:
 
 # Names of the environment, which all languages have.
 ENVIRONMENT = {"SPLAT_UNKNOWN_RESULT", "SPLAT_DUCKDB_LIBRARY", "SPLAT_ONNXRUNTIME_LIBRARY", "SPLAT_PRIORS_DIR",
-               "SPLAT_SELF_TEST", "SPLAT_TIMEOUT_SCALE", "SPLAT_KERNELS"}
+               "SPLAT_SELF_TEST", "SPLAT_TIMEOUT_SCALE", "SPLAT_KERNELS", "SPLAT_MAX_SUBMIT_MS"}
 
 
 def python_texts(text: str) -> Iterator[Tuple[str, str]]:

@@ -29,7 +29,8 @@
  *               its scene): they tell what the last one left; memory of what is destroyed beside a call
  *               is freed at its end.
  *               The library compiles shaders on up to four threads of its own, which never call the
- *               caller's code.
+ *               caller's code. Another tells on standard error of a driver that has not returned for a
+ *               minute.
  *   Fork        in a forked child, objects of a device that the parent opened are refused with
  *               SPLAT_ERROR_INVALID_STATE, and destroying them frees nothing of the device. Scenes,
  *               weights and data sets work. The child may open a device of its own if no process
@@ -273,7 +274,7 @@ enum {
     SPLAT_FEATURE_SUBGROUP_SHUFFLE = 1u << 1, /* threads of a subgroup read each other's values */
     SPLAT_FEATURE_SUBGROUP_ARITHMETIC = 1u << 2, /* subgroups have sums and other reductions */
     SPLAT_FEATURE_INT64 = 1u << 3,               /* shaders have integers of 64 bits */
-    /* device memory is host-visible: tensors map without a copy */
+    /* the host reads device memory in place, through its caches: tensors map without a copy */
     SPLAT_FEATURE_UNIFIED_MEMORY = 1u << 4
 };
 
@@ -295,11 +296,13 @@ typedef struct splat_device_info {
     uint32_t shared_memory_bytes;       /* most shared memory of a workgroup */
     uint32_t subgroup_size;             /* threads of a subgroup */
     uint32_t features;                  /* what the device can do, SPLAT_FEATURE_ bits */
-    splat_kernels kernels;              /* what SPLAT_KERNELS_AUTO means on this device */
+    splat_kernels kernels;              /* what SPLAT_KERNELS_AUTO means, for networks */
     uint32_t reserved;
     char name[256];   /* name of the device, in the driver's words */
     char driver[256]; /* name and version, in the driver's words */
-    char reason[256]; /* why the device is not usable; empty if it is */
+    char reason[256]; /* why it is not usable, or another one is the best; else empty */
+    /* what sorts and blends where that is not `kernels`, or why kernels failed here; else empty */
+    char kernels_note[256];
 } splat_device_info;
 
 /* Count the Vulkan devices of this machine, usable or not.
@@ -319,7 +322,10 @@ SPLAT_API splat_result splat_device_describe(uint32_t index, splat_device_info* 
 /* How a device is chosen. */
 typedef int32_t splat_device_select;
 enum {
-    SPLAT_SELECT_BEST = 0, /* discrete, then integrated, virtual, CPU; lowest index within a kind */
+    /* discrete, then integrated, virtual, CPU; lowest index within a kind. Of GPUs, drivers that passed
+     * no conformance test come after all others, a second driver of a GPU last; the next device is
+     * tried where one cannot be opened */
+    SPLAT_SELECT_BEST = 0,
     SPLAT_SELECT_BY_INDEX = 1, /* field `index` */
     SPLAT_SELECT_BY_UUID = 2,  /* field `uuid` */
     SPLAT_SELECT_BY_KIND = 3   /* field `kind`; lowest index */
@@ -345,18 +351,22 @@ typedef struct splat_device_desc {
     /* budget, enforced by the library. 0 = the device's heap; on CPU devices 3/4 of physical
      * memory */
     uint64_t max_device_bytes;
-    /* longest wait for the device in one call; 0 = 60 s, times SPLAT_TIMEOUT_SCALE */
+    /* longest wait for one piece of work, see max_submit_ns; 0 = 60 s, times SPLAT_TIMEOUT_SCALE */
     uint64_t timeout_ns;
     /* pipeline cache; NULL = libsplat/ in the user's cache folder, "" = none */
     const char* cache_folder;
+    /* The device gets work in pieces that take no longer, by the times of those before, so that a
+     * desktop stays usable and no watchdog ends them. 0 = 0.1 s, on CPU devices 0.25 s; at least
+     * 1 ms. SPLAT_MAX_SUBMIT_MS in the environment overrides it */
+    uint64_t max_submit_ns;
 } splat_device_desc;
 
 /* Open a device.
  * desc      may be NULL for defaults
  * device    out, owned by the caller
  * Returns SPLAT_OK, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      struct_size, flags, next, an enum, or SPLAT_KERNELS in the
- *                                     environment
+ *   SPLAT_ERROR_INVALID_ARGUMENT      struct_size, flags, next, an enum, or SPLAT_KERNELS or
+ *                                     SPLAT_MAX_SUBMIT_MS in the environment
  *   SPLAT_ERROR_NO_DEVICE             no loader, no driver, or no device that fits `select`; the
  *                                     message lists the devices
  *   SPLAT_ERROR_UNSUPPORTED           the device lacks a feature, which the message names, or the
@@ -365,9 +375,11 @@ typedef struct splat_device_desc {
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
  *
  * The first operator, network or rasterizer on a device tests the kernels that it needs. Where they
- * compute wrongly the plain ones take their place, with a warning; where those do too, or other
- * objects are there already, the creation is SPLAT_ERROR_NO_DEVICE. SPLAT_SELF_TEST=0 in the
- * environment leaves the tests out. */
+ * compute wrongly, do not compile, lose the device or do not end, plain ones take their place, with a
+ * warning; where those compute wrongly too, or objects with these kernels are there already, the
+ * creation is SPLAT_ERROR_NO_DEVICE (SPLAT_ERROR_DEVICE_LOST or SPLAT_ERROR_TIMEOUT of a device that
+ * has other objects). What failed is remembered in the cache folder.
+ * SPLAT_SELF_TEST=0 in the environment leaves the tests out. */
 SPLAT_API splat_result splat_device_create(const splat_device_desc* desc, splat_device* device);
 
 /* Release a device. Its tensors and operators stay usable; the device closes with the last of them.
@@ -378,8 +390,8 @@ SPLAT_API splat_result splat_device_destroy(splat_device device);
  * is undefined, as after an error of the device. The objects stay usable, and later calls are not
  * affected. A training step that already updates the weights ends as usual; one that is cancelled
  * leaves them as they were.
- * The device gets work in pieces, the next while one runs, each of at most 0.25 s by a cautious
- * estimate (0.1 s on GPUs); a call returns SPLAT_CANCELLED when those that it has end. It goes on
+ * The device gets work in pieces, the next while one runs (splat_device_desc.max_submit_ns); a call
+ * returns SPLAT_CANCELLED when those that it has end. It goes on
  * while it reads a file, compiles a shader or computes on the host.
  * May be called from any thread and from a signal handler, except for handles that are not live.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (forked). */
@@ -406,12 +418,13 @@ SPLAT_API splat_result splat_device_get_memory(splat_device device, splat_memory
 /* Report the time of every kind of dispatch since creation or the last reset, on a device with
  * SPLAT_DEVICE_PROFILE. JSON: {"device": name, "ops": [{"op", "kernel", "count", "total_ms",
  * "min_ms", "median_ms", "bytes", "flops"}], "idle": {"count", "total_ms"}, "lists": {"count",
- * "submits", "dispatches", "copies", "barriers", "bytes", "device_ms"}, "transfers": {"reads",
- * "read_bytes", "writes", "written_bytes"}}. "bytes" and "flops" of an operator are means over its
- * dispatches, as it counts them. "idle" is the time between what is timed in one list. "lists" is
- * what all lists together held and took. "transfers" is what was copied between host memory and the
- * device. On GPUs, dispatches between two barriers may overlap: they are timed together, and each
- * gets a share by its estimated time.
+ * "submits", "dispatches", "copies", "barriers", "bytes", "device_ms", "longest_submit_ms"},
+ * "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}. "bytes" and "flops" of an
+ * operator are means over its dispatches, as it counts them. "idle" is the time between what is
+ * timed in one list. "lists" is what all lists together held and took, and their longest piece, on
+ * the host's clock. "transfers" is what was copied between host memory and the device. On GPUs,
+ * dispatches between two barriers may overlap: they are timed together, and each gets a share by its
+ * estimated time.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
  *   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE */
 SPLAT_API splat_result splat_device_profile_json(splat_device device, char* buffer, size_t capacity,
@@ -492,8 +505,8 @@ enum {
 };
 
 /* Give the host a pointer to the tensor's elements, row-major contiguous, until splat_tensor_unmap.
- * Makes no copy if the device has SPLAT_FEATURE_UNIFIED_MEMORY. With SPLAT_ACCESS_WRITE the
- * contents are undefined until written. While a tensor is mapped no other call may use it,
+ * Makes no copy if the device has SPLAT_FEATURE_UNIFIED_MEMORY, unless such memory was full. With
+ * SPLAT_ACCESS_WRITE the contents are undefined until written. While a tensor is mapped no other call may use it,
  * nor a tensor of the same memory (splat_model_tensor).
  * pointer   out, owned by the library
  * bytes     out, may be NULL

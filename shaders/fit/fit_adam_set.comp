@@ -4,8 +4,8 @@
 // Besides, for each view in which pixels saw the Gaussian, the length of its screen gradient, of absolute values, is
 // added to statistics.x, and 1 to statistics.y. The pulls are gradients of regularisers.
 // One invocation updates one quad: 3 i is mean and logit, 3 i + 1 log scales, 3 i + 2 the rotation of Gaussian i.
-// Bindings: raw, set (activated), grad, m, v, exported (of project_backward), statistics [N] vec2; and raw, set, m, v
-// to write; all but statistics quads. Specialisation: kSparse.
+// Bindings: raw, set (activated), m, v, grad, exported (of project_backward), statistics [N] vec2; on CPU devices raw,
+// set, m, v again, to write; all but statistics quads. Specialisation: kSparse.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
@@ -13,17 +13,13 @@
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kFitSparseId) const uint kSparse = 0;
-QUADS(0, raw);
-QUADS(1, set);
-QUADS(2, grad);
-QUADS(3, m);
-QUADS(4, v);
+QUADS_IN_PLACE(0, 7, raw);
+QUADS_IN_PLACE(1, 8, set);
+QUADS_IN_PLACE(2, 9, m);
+QUADS_IN_PLACE(3, 10, v);
+QUADS(4, grad);
 QUADS(5, exported);
 layout(set = 0, binding = 6, std430) buffer Statistics { vec2 statistics[]; };  // accumulates
-QUADS_OUT(7, raw_out);
-QUADS_OUT(8, set_out);
-QUADS_OUT(9, m_out);
-QUADS_OUT(10, v_out);
 layout(push_constant) uniform Push { FitAdamSetParams params; };
 
 #include "launch.glsl"
@@ -50,10 +46,10 @@ void main() {
     vec4 activated = value;
     if (role == 0) activated.w = 1 / (1 + exp(-value.w));
     if (role == 1) activated = vec4(exp(value.xyz), 0);
-    ST4(raw_out, i, value);
-    ST4(set_out, i, activated);
-    ST4(m_out, i, first);
-    ST4(v_out, i, second);
+    ST4_IN_PLACE(raw, i, value);
+    ST4_IN_PLACE(set, i, activated);
+    ST4_IN_PLACE(m, i, first);
+    ST4_IN_PLACE(v, i, second);
     if (role != 0) return;
     vec2 seen = vec2(0);
     for (uint view = 0; view < params.views; ++view) {

@@ -24,6 +24,18 @@ float log2_weight(vec2 y) {
     return power;
 }
 
+// A workgroup that walked a list of any length might run for seconds, and no device splits it. So one dispatch walks
+// the lists of at most `most` entries whole, and each further one `most` entries of the others, from entry `begin` on
+// (in_parts), forward from the first to the last, backward from the last to the first. What a pixel carries from part
+// to part lies in its outputs, as if the walk had not been interrupted: no part changes a bit.
+// Returns false if this dispatch leaves the list out. part: the entries that it walks, if not in_parts none then.
+bool walks(bool in_parts, uvec2 list, uint begin, uint most, out uvec2 part) {
+    const uint length = list.y - list.x;
+    part = in_parts ? uvec2(list.x + begin, min(list.y, list.x + begin + most))
+                    : uvec2(list.x, length <= most ? list.y : list.x);
+    return in_parts ? length > max(begin, most) : length <= most;
+}
+
 float log2_weight(vec2 mean, vec3 l, vec2 at) { return log2_weight(whitened_offset(mean, l, at)); }
 
 #endif

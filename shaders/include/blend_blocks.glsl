@@ -4,6 +4,10 @@
 #ifndef SPLAT_BLEND_BLOCKS_GLSL
 #define SPLAT_BLEND_BLOCKS_GLSL
 
+// Arrays that ST4 and ST2 of store.glsl write. What a part of a list leaves for the next is read as name_plain.
+#define CARRIED_AS(slot, name, T) layout(set = 0, binding = slot, std430) buffer name##_ { T name[]; }  // accumulates
+#define CARRIED(slot, name, packed, plain) CARRIED_AS(slot, name, packed); CARRIED_AS(slot, name##_plain, plain)
+
 // True if any pixel centre of the block that starts at the centre `corner` may have alpha >= kAlphaMin. Tests
 // the least |L^T p|^2 over the box of its centres: 0 if the mean is inside, else on an edge that faces it.
 // shape: l11, l21, l22, reach.

@@ -4,6 +4,7 @@
 #define SPLAT_FEATURE_DISTANCE_GLSL
 
 #include "channels.glsl"
+#include "keep_nan.glsl"
 #include "load.glsl"
 #include "params/feature_distance_params.h"
 

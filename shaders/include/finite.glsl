@@ -3,6 +3,8 @@
 #ifndef SPLAT_FINITE_GLSL
 #define SPLAT_FINITE_GLSL
 
+#include "keep_nan.glsl"
+
 bool finite(float x) { return (floatBitsToUint(x) & 0x7F800000u) != 0x7F800000u; }
 bool finite(vec3 v) { return finite(v.x) && finite(v.y) && finite(v.z); }
 bool finite(vec4 v) { return finite(v.xyz) && finite(v.w); }

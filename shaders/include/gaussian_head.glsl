@@ -7,6 +7,7 @@
 #include "load.glsl"
 #include "params/gaussian_head_params.h"
 #include "raster_constants.h"
+#include "table.glsl"
 
 layout(constant_id = kGaussianHeadPositionsId) const uint kPositions = kHeadRayDepth;
 layout(constant_id = kGaussianHeadOffsetId) const uint kOffset = 1;  // 1: three channels move the point off its ray
@@ -29,14 +30,14 @@ layout(constant_id = kGaussianHeadRestAtId) const uint kRestAt = 15;
 QUADS(0, net_out);        // [channels/4][images * pixels]
 QUADS(1, rays);           // [3,pixels]
 QUADS(2, view_to_world);  // [images,4,4]: a row per quad
-QUADS(3, quaternion);     // [images,4]
+TABLE(3, quaternion);     // [images,4]
 QUADS(4, focal);          // [images,2]
 QUADS(5, origin);         // [images], or with kHeadInputDepth [images,pixels]
 layout(push_constant) uniform Push { GaussianHeadParams dims; };
 
 #include "launch.glsl"
 #include "finite.glsl"
-#include "activations/silu.glsl"
+#include "activations/sigmoid.glsl"
 #include "norms/quaternion.glsl"
 
 const uint kQuads = (kPerPixel * kChannels + 3) / 4;  // a pixel has so many
@@ -49,12 +50,12 @@ const float kDivisorGuard = 1e-10;  // added to the homogeneous coordinate
 // Three channels.
 #define RAW3(i) vec3(raw[i], raw[(i) + 1], raw[(i) + 2])
 
-// log(1 + exp(t)). The quotient takes back what 1 + e lost to rounding.
+// log(1 + exp(t)), by log(1 + e) = 2 artanh(e / (2 + e)): the built-in log may be 2^-21 off near 1, beyond any small e.
 float softplus(float t) {
-    const float e = exp(-abs(t));
-    precise const float u = 1 + e;
-    precise const float kept = u - 1;
-    return (t > 0 ? t : 0.0) + (kept == 0 ? e : log(u) * (e / kept));
+    const float e = exp(-abs(t)), s = e / (2 + e), q = s * s;  // q <= 1/9
+    const float odd = q * (0.333333333 + q * (0.2 + q * (0.142857143 + q * (0.111111111 + q * (0.0909090909 +
+                      q * (0.0769230769 + q * 0.0666666667))))));
+    return (t > 0 ? t : 0.0) + 2 * (s + s * odd);
 }
 
 float activated(uint activation, float t) {
@@ -93,7 +94,7 @@ Camera camera_of(uint image) {
         return camera;
     }
     for (uint i = 0; i < 4; ++i) camera.row[i] = LD4(view_to_world, 4 * image + i);
-    camera.rotation = LD4(quaternion, image);
+    camera.rotation = TABLE4(quaternion, image);
     return camera;
 }
 

@@ -9,10 +9,10 @@
 #ifndef SPLAT_PROJECTION_GLSL
 #define SPLAT_PROJECTION_GLSL
 
-#include "finite.glsl"
 #include "norms/quaternion.glsl"
 #include "params/project_params.h"
 #include "raster_constants.h"
+#include "table.glsl"
 
 struct View {
     mat3 rotation;     // world to camera
@@ -27,16 +27,17 @@ const uint kViewQuads = 6;
 // sqrt(log2(e) / 2): exp(-sigma) = exp2(-|L^T q|^2) if L is scaled by it.
 const float kRootHalfLog2e = 0.849321800288;
 
-// Needs QUADS(..., cameras).
-#define LOAD_VIEW(view, cameras, index)                                                   \
-    {                                                                                     \
-        const uint at = (index) * kViewQuads;                                             \
-        const vec4 row0 = LD4(cameras, at), row1 = LD4(cameras, at + 1), row2 = LD4(cameras, at + 2); \
-        view.rotation = transpose(mat3(row0.xyz, row1.xyz, row2.xyz));                    \
-        view.translation = vec3(row0.w, row1.w, row2.w);                                  \
-        view.intrinsics = LD4(cameras, at + 3);                                           \
-        view.limits = LD4(cameras, at + 4);                                               \
-        view.position = LD4(cameras, at + 5).xyz;                                         \
+// Needs TABLE(..., cameras).
+#define LOAD_VIEW(view, cameras, index)                                             \
+    {                                                                               \
+        const uint at = (index) * kViewQuads;                                       \
+        const vec4 row0 = TABLE4(cameras, at), row1 = TABLE4(cameras, at + 1);      \
+        const vec4 row2 = TABLE4(cameras, at + 2);                                  \
+        view.rotation = transpose(mat3(row0.xyz, row1.xyz, row2.xyz));              \
+        view.translation = vec3(row0.w, row1.w, row2.w);                            \
+        view.intrinsics = TABLE4(cameras, at + 3);                                  \
+        view.limits = TABLE4(cameras, at + 4);                                      \
+        view.position = TABLE4(cameras, at + 5).xyz;                                \
     }
 
 struct Projection {

@@ -4,9 +4,11 @@
 #ifndef SPLAT_REDUCE_GLSL
 #define SPLAT_REDUCE_GLSL
 
+#include "workgroup.glsl"
+
 const uint kLog2MaxWorkgroup = 10;
 
-shared vec4 reduce_scratch[gl_WorkGroupSize.x];
+shared vec4 reduce_scratch[kWorkgroupSize];
 
 vec4 workgroup_sum(vec4 value) {
     const uint lane = gl_LocalInvocationID.x;

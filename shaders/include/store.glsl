@@ -22,6 +22,8 @@
 #ifndef SPLAT_STORE_GLSL
 #define SPLAT_STORE_GLSL
 
+// QUADS_IN_PLACE(binding, out, name) declares an array of vec4 that LD4 of load.glsl reads and ST4_IN_PLACE writes; the
+// same array is bound twice, to `out` too, where texel buffers read it.
 #if TEXEL_LOADS
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #include "params/spec_ids.h"
@@ -34,7 +36,9 @@ layout(constant_id = kPackedStoresId) const uint kPackedStores = 1;
 #define PAIRS_OUT(slot, name) STORES(slot, name, uint64_t, uvec2)
 #define UINT_QUADS_OUT(slot, name) STORES(slot, name, u64vec2, uvec4)
 #define STORE(name, i, packed, plain) if (kPackedStores != 0) name[i] = packed; else name##_plain[i] = plain
+#define QUADS_IN_PLACE(slot, out_slot, name) QUADS(slot, name); QUADS_OUT(out_slot, name##_out)
 #define ST4(name, i, v) STORE(name, i, packed_quad(v), v)
+#define ST4_IN_PLACE(name, i, v) ST4(name##_out, i, v)
 #define ST2(name, i, v) STORE(name, i, packUint2x32(v), v)
 #define STU4(name, i, v) STORE(name, i, packed_bits(v), v)
 #define ST8(name, i, a, b) \
@@ -76,7 +80,10 @@ u64vec4 packed_octet(vec4 a, vec4 b) { return u64vec4(packed_quad(a), packed_qua
 #define PAIRS_OUT(slot, name) layout(set = 0, binding = slot, std430) writeonly buffer name##Block { uvec2 name[]; }
 #define UINT_QUADS_OUT(slot, name) \
     layout(set = 0, binding = slot, std430) writeonly buffer name##Block { uvec4 name[]; }
+#define QUADS_IN_PLACE(slot, out_slot, name) \
+    layout(set = 0, binding = slot, std430) buffer name##Block { vec4 name[]; }  // accumulates
 #define ST4(name, i, v) name[i] = v
+#define ST4_IN_PLACE(name, i, v) ST4(name, i, v)
 #define STU4(name, i, v) name[i] = v
 #define ST2(name, i, v) name[i] = v
 #define ST8(name, i, a, b) name[2 * (i)] = a, name[2 * (i) + 1] = b

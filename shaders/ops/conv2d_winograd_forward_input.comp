@@ -1,9 +1,9 @@
 #version 460
 // V = B^T x B of every tile of a slice and channel, zeros where the image ends. Tiles from dims.tiles to the
 // end of the dispatch are zero.
-// One invocation transforms one tile of 8 channels. Workgroups: tiles, octets of channels.
+// One invocation transforms one tile of 4 kParts channels. Workgroups: tiles, these parts of octets of channels.
 // Bindings: x quads [C/4][N*H*W], transformed [kSize^2][ceil(C/8)][stride] pairs of quads.
-// Specialisation: workgroup size, kTile.
+// Specialisation: workgroup size, kTile, kParts: 2, or 1 where 72 quads are too many registers.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -14,6 +14,7 @@
 #include "winograd.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
+layout(constant_id = kWinogradPartsId) const uint kParts = 2;
 QUADS(0, x);
 OCTETS_OUT(1, transformed);
 layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
@@ -22,15 +23,16 @@ layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
 
 void main() {
     const uint t = gl_WorkGroupID.x * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
-    const uint octet = gl_WorkGroupID.y;
+    const uint octet = gl_WorkGroupID.y * kParts / 2;
+    const uint first = gl_WorkGroupID.y * kParts % 2;
     const uint octets = (dims.in_channels + 7) / 8;
     const uint quads = (dims.in_channels + 3) / 4;
     const Tile tile = tile_at(t);
     const int pixels = int(dims.height * dims.width);
 
     vec4 values[2 * kRow * kRow];
-    [[unroll]] for (uint part = 0; part < 2; ++part) {
-        const uint quad = 2 * octet + part;
+    [[unroll]] for (uint part = 0; part < kParts; ++part) {
+        const uint quad = 2 * octet + first + part;
         const int base = int(quad * dims.n + tile.image) * pixels;
         const bool inside = t < dims.tiles && quad < quads;
         [[unroll]] for (uint i = 0; i < kSize; ++i) {
@@ -47,9 +49,16 @@ void main() {
     }
     [[unroll]] for (uint j = 0; j < kSize; ++j) {
         apply_bt(ROW_OF(values, j));
-        apply_bt(ROW_OF(values, kRow + j));
-        [[unroll]] for (uint i = 0; i < kSize; ++i)
-            ST8_ALL(transformed, ((j * kSize + i) * octets + octet) * dims.stride + t, values[j * kRow + i],
-                values[kRow * kRow + j * kRow + i]);
+        if (kParts == 2) apply_bt(ROW_OF(values, kRow + j));
+        [[unroll]] for (uint i = 0; i < kSize; ++i) {
+            const uint at = ((j * kSize + i) * octets + octet) * dims.stride + t;
+#if !TEXEL_LOADS
+            if (kParts == 1) {
+                transformed[2 * at + first] = values[j * kRow + i];
+                continue;
+            }
+#endif
+            ST8_ALL(transformed, at, values[j * kRow + i], values[kRow * kRow + j * kRow + i]);
+        }
     }
 }

@@ -52,7 +52,8 @@ void main() {
         if (lane == 0) sums[n * dims.c + c] = sum;
         total += gamma[c] * sum;
     }
-    const vec2 average = total / float(channels * dims.p);
+    const uint count = channels * dims.p;
+    const vec2 average = count == 1 ? total : total / float(count);  // a quotient by 1 may be inexact
 
     for (uint c = first; c < first + channels; ++c)
         for (uint p = lane; p < dims.p; p += step) {

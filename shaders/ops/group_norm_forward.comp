@@ -61,8 +61,8 @@ void main() {
         y[at] = dims.silu != 0 ? silu(t) : t;
     }
     if (lane == 0) {
-        mean_out[n * dims.groups + g] = mean.x / unit;
-        mean_out[(dims.n + n) * dims.groups + g] = mean.y / unit;
+        mean_out[n * dims.groups + g] = mean.x * per_unit(unit);
+        mean_out[(dims.n + n) * dims.groups + g] = mean.y * per_unit(unit);
         rstd_out[n * dims.groups + g] = rstd * unit;
     }
     // The last quad's missing channels are zero by convention.

@@ -101,8 +101,8 @@ void main() {
         }
     } while (++q < quads);
     if (lane == 0) {
-        mean_out[n * dims.groups + g] = mean.x / unit;
-        mean_out[(dims.n + n) * dims.groups + g] = mean.y / unit;
+        mean_out[n * dims.groups + g] = mean.x * per_unit(unit);
+        mean_out[(dims.n + n) * dims.groups + g] = mean.y * per_unit(unit);
         rstd_out[n * dims.groups + g] = rstd * unit;
     }
 }

@@ -1,7 +1,7 @@
 #version 460
-// partial[s] = grad_y^T x over the rows of slice s, as register tiles: lane l of every 8 holds one
-// quad of input features and one of output features, four of the factors that constant shuffles
-// broadcast. Rows are summed in blocks of 64, then the blocks, as in
+// partial[s] = grad_y^T x over the rows of slice s, as register tiles: an invocation holds one quad of input
+// features, and lane l of every 8 one of output features, four of the factors that constant shuffles
+// broadcast; an invocation may be any lane. Rows are summed in blocks of 64, then the blocks, as in
 // linear_backward_weight.comp; linear_backward_weight_reduce.comp sums the slices.
 // One subgroup of 8 lanes computes 4 kOutQuads by 32 weights of one slice.
 // Bindings: x quads [in/4][rows], grad_y quads [out/4][rows], partial [slices][out][in/4] vec4.
@@ -29,8 +29,7 @@ void main() {
     const uint in_quads = (dims.in_features + 3) / 4;
     const uint out_quads = (dims.out_features + 3) / 4;
     const uint lane = gl_SubgroupInvocationID & 7u;
-    const uint tile = gl_WorkGroupID.x * (gl_WorkGroupSize.x / 8) + gl_LocalInvocationID.x / 8;
-    const uint in_quad = tile * 8 + lane;
+    const uint in_quad = gl_WorkGroupID.x * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     const uint out_quad = gl_WorkGroupID.y * kOutQuads;
     // Quads beyond the edge are computed from the last one and not stored: all lanes must take part
     // in the shuffles.

@@ -12,9 +12,11 @@ layout(set = 0, binding = 0, std430) readonly buffer X { uint x[]; };
 layout(set = 0, binding = 1, std430) writeonly buffer Partial { uvec4 partial[]; };
 layout(push_constant) uniform Push { TensorStatsParams dims; };
 
+#include "keep_nan.glsl"
 #include "reduce.glsl"
+#include "workgroup.glsl"
 
-shared vec2 range_scratch[gl_WorkGroupSize.x];
+shared vec2 range_scratch[kWorkgroupSize];
 
 void main() {
     const uint group = gl_WorkGroupID.y * dims.groups_x + gl_WorkGroupID.x;

@@ -4,35 +4,38 @@
 //   e_i = c_i . g - D_i,  D_(i-1) = D_i + alpha_i e_i,  D_last = background . g - g_alpha
 //   (T_i D_i is what lies behind i, weighted by g);  v = w_i e_i = alpha_i dL/dalpha_i
 // Record: sums over the tile's pixels, y = L^T (mean - pixel centre), L scaled as in the splats:
-//   (v, v y1, v y2, v y1^2), (v y1 y2, v y2^2, |dL/du|, |dL/dv|), (w g_rgb, w g_depth), (w, pixels with w > 0)
+//   (v, v y1, v y2, v y1^2), (v y1 y2, v y2^2, |dL/du|, |dL/dv|), (w g_rgb, w g_depth), (w, pixels with w > 0, 0, 0)
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
 // Bindings: splats, pairs uvec2 (tile, item; sorted), slots, ranges, background [1+V], state, grad_image
-// [V,H,W] vec4, grad_depth [V,H,W]; record_a, record_b, record_c [pairs] vec4, record_d [pairs] vec2.
+// [V,H,W] vec4, grad_depth [V,H,W]; records [pairs][3 or 4] vec4.
 // Specialisation: kDepth: grad_depth is given, kAbsolute: absolute sums, kSizes: views have their own sizes,
-// kContributions: write record_d. Workgroup of kTileSize^2 invocations.
+// kContributions: records have the fourth vec4, kParts: walk a part of each long list; before the first one, the record
+// of entry i is (T, D) of pixel i. Workgroup of kTileSize^2 invocations.
+// T is divided at most 2350 times, as a pixel stops at 1e-4 and each alpha divided by is at least 1/255.
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
+#include "table.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kBlendDepthId) const bool kDepth = false;
 layout(constant_id = kBlendAbsoluteId) const bool kAbsolute = false;
 layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendContributionsId) const bool kContributions = false;
+layout(constant_id = kBlendPartsId) const bool kParts = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Slots { uint slots[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
-layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
+TABLE(4, background);
 layout(set = 0, binding = 5, std430) readonly buffer State { vec2 state[]; };
 layout(set = 0, binding = 6, std430) readonly buffer GradImage { vec4 grad_image[]; };
 layout(set = 0, binding = 7, std430) readonly buffer GradDepth { float grad_depth[]; };
-layout(set = 0, binding = 8, std430) writeonly buffer RecordA { vec4 record_a[]; };
-layout(set = 0, binding = 9, std430) writeonly buffer RecordB { vec4 record_b[]; };
-layout(set = 0, binding = 10, std430) writeonly buffer RecordC { vec4 record_c[]; };
-layout(set = 0, binding = 11, std430) writeonly buffer RecordD { vec2 record_d[]; };
+layout(set = 0, binding = 8, std430) buffer Records { vec4 records[]; };  // accumulates
 layout(push_constant) uniform Push { BlendParams params; };
 
 #include "reduce.glsl"
+
+const uint kRecordQuads = kContributions ? 4 : 3;
 
 void main() {
     const uint lane = gl_LocalInvocationID.x;
@@ -40,20 +43,28 @@ void main() {
     const uint view = gl_WorkGroupID.z;
     const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
     const uvec2 at = uvec2(lane % kTileSize, lane / kTileSize);
-    const uvec2 size = kSizes ? uvec2(background[1 + view].xy) : uvec2(params.width, params.height);
+    const uvec2 size = kSizes ? uvec2(TABLE4(background, 1 + view).xy) : uvec2(params.width, params.height);
     const bool inside = corner.x + at.x < size.x && corner.y + at.y < size.y;
     const vec2 centre = vec2(at) + 0.5;
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
+    uvec2 part;
+    const bool some = walks(kParts, range, params.part_begin, params.part_entries, part);
+    if (kParts && !some) return;
     const uint pixel = (view * params.height + corner.y + at.y) * params.width + corner.x + at.x;
 
     vec4 g = inside ? grad_image[pixel] : vec4(0);
-    float behind = dot(background[0].rgb, g.rgb) - g.w;
+    float behind = dot(TABLE4(background, 0).rgb, g.rgb) - g.w;
     g.w = kDepth && inside ? grad_depth[pixel] : 0.0;
     const vec2 end = inside ? state[pixel] : vec2(0);
     float t = end.x;
     const uint stop = range.x + uint(end.y);
+    const uint carry = kParts ? slots[range.x + lane] * kRecordQuads : 0;
+    if (kParts && part.y < range.y) {
+        t = records[carry].x;
+        behind = records[carry].y;
+    }
 
-    for (uint i = range.y; i > range.x;) {
+    for (uint i = part.y; i > part.x;) {
         --i;
         const uint slot = slots[i];
         const uint item = pairs[i].y;
@@ -64,7 +75,7 @@ void main() {
         precise float raw = a.z * exp2(log2_weight(y));
         precise float alpha = min(kAlphaMax, raw);
         alpha = alpha >= kAlphaMin && i < stop ? alpha : 0.0;
-        t /= 1.0 - alpha;
+        if (alpha > 0.0) t /= 1.0 - alpha;
         const float w = alpha * t;
         const float e = dot(color, g) - behind;
         behind += alpha * e;
@@ -78,10 +89,11 @@ void main() {
         vec4 fourth = vec4(0);
         if (kContributions) fourth = workgroup_sum(vec4(w, w > 0.0 ? 1 : 0, 0, 0));
         if (lane == 0) {
-            record_a[slot] = first;
-            record_b[slot] = second;
-            record_c[slot] = third;
-            if (kContributions) record_d[slot] = fourth.xy;
+            records[slot * kRecordQuads] = first;
+            records[slot * kRecordQuads + 1] = second;
+            records[slot * kRecordQuads + 2] = third;
+            if (kContributions) records[slot * kRecordQuads + 3] = fourth;
         }
     }
+    if (kParts && part.x > range.x) records[carry] = vec4(t, behind, 0, 0);
 }

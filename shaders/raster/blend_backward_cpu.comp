@@ -4,16 +4,18 @@
 // those that can reach the block to all lanes in turn. A lane sums its pixels, a butterfly sums the lanes, and
 // the entry's lane sums the blocks. Needs subgroups of at least 8.
 // One workgroup computes a tile, which spread_tile.glsl chooses. Bindings and specialisation as
-// blend_backward.comp; kEarlyOut: skip entries that no pixel reached; kSkipBlocks: skip entries that cannot reach
-// a block; kStraightThrough: the gradient passes the limit of alpha, as params.straight_through says there.
+// blend_backward.comp, but each vec4 of the records is an array, record_a to record_c, and the fourth [pairs] vec2,
+// record_d, so that bindings hold more of them; and order. kEarlyOut: skip entries that no pixel reached;
+// kSkipBlocks: skip entries that cannot reach a block; kStraightThrough: the gradient passes the limit of alpha, as
+// params.straight_through says there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 #include "blend.glsl"
-#include "blend_blocks.glsl"
 #include "load.glsl"
 #include "store.glsl"
+#include "blend_blocks.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kBlendDepthId) const bool kDepth = false;
@@ -23,6 +25,7 @@ layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
 layout(constant_id = kBlendStraightThroughId) const bool kStraightThrough = false;
 layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendContributionsId) const bool kContributions = false;
+layout(constant_id = kBlendPartsId) const bool kParts = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 UINTS(2, slots);
@@ -31,24 +34,19 @@ QUADS(4, background);
 layout(set = 0, binding = 5, std430) readonly buffer State { vec2 state[]; };
 QUADS(6, grad_image);
 layout(set = 0, binding = 7, std430) readonly buffer GradDepth { float grad_depth[]; };
-QUADS_OUT(8, record_a);
+CARRIED(8, record_a, u64vec2, vec4);
 QUADS_OUT(9, record_b);
 QUADS_OUT(10, record_c);
 PAIRS_OUT(11, record_d);
 UINTS(12, order);
 layout(push_constant) uniform Push { BlendParams params; };
 
-#include "spread_tile.glsl"
+#include "raster/spread_tile.glsl"
 
 const int kRows = 8;
 const int kBlocks = 4;
 const int kPixels = kBlocks * kRows;
 const uint kSums = 14;
-
-// Up to this many entries are walked block by block, with up to 33 turns of a loop per 8 entries. Longer lists
-// are walked once for all blocks, with 9 turns per 8 and the same bits. lavapipe ends loops after 65535 turns
-// (src/vk/launch.h), enough for 15880 entries by block.
-const uint kMostByBlock = 14000;
 
 // Per pixel of the lane, block by block: transmittance, D, gradients, entries before the stop.
 float t[kPixels], behind[kPixels], g_r[kPixels], g_g[kPixels], g_b[kPixels], g_z[kPixels], stop[kPixels];
@@ -106,7 +104,7 @@ void blend_block(const int block, uint lane, Entry e, bool own, inout float reco
         const float seen = raw >= kAlphaMin && e.place < stop[q] ? raw : 0.0;
         const bool clamped = seen > kAlphaMax;
         const float alpha = clamped ? kAlphaMax : seen;
-        t[q] = t[q] / (1.0 - alpha);
+        t[q] = alpha > 0.0 ? t[q] / (1.0 - alpha) : t[q];  // a quotient by 1 need not be exact
         const float w = alpha * t[q];
         float g = e.rgb.r * g_r[q] + e.rgb.g * g_g[q] + e.rgb.b * g_b[q] - behind[q];
         if (kDepth) g += e.a.w * g_z[q];
@@ -132,20 +130,14 @@ void blend_block(const int block, uint lane, Entry e, bool own, inout float reco
     }
 }
 
-// Blends back the entries of `kept` (one bit per lane), last first, over one block or all four. e: this lane's
-// entry.
-void walk(const int block, const bool all, uint lane, uint kept, Entry e, inout float record[kSums]) {
+// Blends back the entries of `kept` (one bit per lane), last first, over a block. e: this lane's entry.
+void walk(const int block, uint lane, uint kept, Entry e, inout float record[kSums]) {
     if (kept == 0) return;
     [[dont_unroll]] do {
         const uint from = uint(findMSB(kept));
         const Entry next = of_lane(e, from);
         const bool own = lane == from;
         blend_block(block, lane, next, own, record);
-        if (all) {
-            blend_block(1, lane, next, own, record);
-            blend_block(2, lane, next, own, record);
-            blend_block(3, lane, next, own, record);
-        }
         kept ^= 1u << from;
     } while (kept != 0);
 }
@@ -175,6 +167,20 @@ float load_block(const int block, uint lane, uvec2 corner, uint view, vec3 backg
     return max(last, subgroupShuffleXor(last, 4u));
 }
 
+// The record of entry i of the list is (T, D) of pixel i, in the order of t, until its part is walked.
+void load_carried(uint first, uint lane) {
+    [[unroll]] for (int q = 0; q < kPixels; ++q) {
+        const vec2 before = record_a_plain[LD1(slots, first + uint(q) * 8 + lane)].xy;
+        t[q] = before.x;
+        behind[q] = before.y;
+    }
+}
+
+void store_carried(uint first, uint lane) {
+    [[unroll]] for (int q = 0; q < kPixels; ++q)
+        ST4(record_a, LD1(slots, first + uint(q) * 8 + lane), vec4(t[q], behind[q], 0, 0));
+}
+
 void store(uint slot, float record[kSums]) {
     ST4(record_a, slot, vec4(record[0], record[1], record[2], record[3]));
     ST4(record_b, slot, vec4(record[4], record[5], record[6], record[7]));
@@ -189,42 +195,40 @@ void main() {
     const uint view = work.z;
     const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
+    uvec2 part;
+    const bool some = walks(kParts, range, params.part_begin, params.part_entries, part);
+    if (kParts && !some) return;
     const vec3 background_rgb = LD4(background, 0).rgb;
     const vec4 last = vec4(load_block(0, lane, corner, view, background_rgb),
                            load_block(1, lane, corner, view, background_rgb),
                            load_block(2, lane, corner, view, background_rgb),
                            load_block(3, lane, corner, view, background_rgb));
-    const uint length = range.y - range.x;
+    if (kParts && part.y < range.y) load_carried(range.x, lane);
+    const uint length = range.y - range.x, begin = part.x - range.x, end = part.y - range.x;
     const uvec4 ends = kEarlyOut ? min(uvec4(last), uvec4(length)) : uvec4(length);
-    const uint walked = (max(max(ends.x, ends.y), max(ends.z, ends.w)) + 7u) & ~7u;
+    const uint most = max(max(ends.x, ends.y), max(ends.z, ends.w));
+    const uint walked = (clamp(most, begin, end) + 7u) & ~7u;  // parts begin at multiples of 8
     float nothing[kSums];
     [[unroll]] for (uint i = 0; i < kSums; ++i) nothing[i] = 0.0;
-    for (uint k = walked; k < length; k += 8)
-        if (k + lane < length) store(LD1(slots, range.x + k + lane), nothing);
-    const bool by_block = kSkipBlocks && walked <= kMostByBlock;
-    for (uint k = by_block ? walked : 0; k > 0;) {
+    for (uint k = walked; k < end; k += 8)
+        if (k + lane < end) store(LD1(slots, range.x + k + lane), nothing);
+    for (uint k = walked; k > begin;) {
         k -= 8;
         const uint entry = range.x + min(k + lane, length - 1);
         const Entry mine = load_entry(entry, corner, k + lane);
         uint kept[kBlocks];
         [[unroll]] for (int block = 0; block < kBlocks; ++block) {
             const vec2 first = vec2(block_at(block)) + 0.5;
-            const bool wanted = k + lane < ends[block] && reaches_block(first, mine.a.xy, mine.l);
+            const bool wanted =
+                k + lane < ends[block] && (!kSkipBlocks || reaches_block(first, mine.a.xy, mine.l));
             kept[block] = subgroupBallot(wanted).x & 0xFFu;
         }
         float record[kSums] = nothing;
-        walk(0, false, lane, kept[0], mine, record);
-        walk(1, false, lane, kept[1], mine, record);
-        walk(2, false, lane, kept[2], mine, record);
-        walk(3, false, lane, kept[3], mine, record);
+        walk(0, lane, kept[0], mine, record);
+        walk(1, lane, kept[1], mine, record);
+        walk(2, lane, kept[2], mine, record);
+        walk(3, lane, kept[3], mine, record);
         if (k + lane < length) store(LD1(slots, entry), record);
     }
-    for (uint k = by_block ? 0 : walked; k > 0;) {
-        k -= 8;
-        const uint entry = range.x + min(k + lane, length - 1);
-        const bool present = k + lane < length;
-        float record[kSums] = nothing;
-        walk(0, true, lane, subgroupBallot(present).x & 0xFFu, load_entry(entry, corner, k + lane), record);
-        if (present) store(LD1(slots, entry), record);
-    }
+    if (kParts && begin > 0) store_carried(range.x, lane);
 }

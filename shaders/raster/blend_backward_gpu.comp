@@ -7,63 +7,81 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_basic : require
 #include "blend.glsl"
+#include "table.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kBlendDepthId) const bool kDepth = false;
 layout(constant_id = kBlendAbsoluteId) const bool kAbsolute = false;
 layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendContributionsId) const bool kContributions = false;
+layout(constant_id = kBlendPartsId) const bool kParts = false;
 layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Slots { uint slots[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
-layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
+TABLE(4, background);
 layout(set = 0, binding = 5, std430) readonly buffer State { vec2 state[]; };
 layout(set = 0, binding = 6, std430) readonly buffer GradImage { vec4 grad_image[]; };
 layout(set = 0, binding = 7, std430) readonly buffer GradDepth { float grad_depth[]; };
-layout(set = 0, binding = 8, std430) writeonly buffer RecordA { vec4 record_a[]; };
-layout(set = 0, binding = 9, std430) writeonly buffer RecordB { vec4 record_b[]; };
-layout(set = 0, binding = 10, std430) writeonly buffer RecordC { vec4 record_c[]; };
-layout(set = 0, binding = 11, std430) writeonly buffer RecordD { vec2 record_d[]; };
+layout(set = 0, binding = 8, std430) buffer Records { vec4 records[]; };  // accumulates
 layout(push_constant) uniform Push { BlendParams params; };
 
 const uint kMaxSubgroups = 32;
-const uint kRecords = kContributions ? 4 : 3;
+const uint kRecordQuads = kContributions ? 4 : 3;
 shared vec4 sums[2][4][kMaxSubgroups];  // one half is read while the other is filled
 shared uint last_entry;
 
+// With Kahan's compensation: a plain sum of 32 exceeds the tolerance of the gradients.
+vec4 subgroups_sum(uint side, uint quad) {
+    precise vec4 sum = vec4(0), lost = vec4(0);
+    for (uint s = 0; s < gl_NumSubgroups; ++s) {
+        precise vec4 term = sums[side][quad][s] - lost;
+        precise vec4 next = sum + term;
+        lost = (next - sum) - term;
+        sum = next;
+    }
+    return sum;
+}
+
 void main() {
+    if (gl_NumSubgroups > kMaxSubgroups) return;  // see radix_sort_downsweep_gpu.comp
     const uint lane = gl_LocalInvocationID.x;
     const uvec2 tile = uvec2(gl_WorkGroupID.x, gl_WorkGroupID.y);
     const uint view = gl_WorkGroupID.z;
     const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
     const uvec2 at = uvec2(lane % kTileSize, lane / kTileSize);
-    const uvec2 size = kSizes ? uvec2(background[1 + view].xy) : uvec2(params.width, params.height);
+    const uvec2 size = kSizes ? uvec2(TABLE4(background, 1 + view).xy) : uvec2(params.width, params.height);
     const bool inside = corner.x + at.x < size.x && corner.y + at.y < size.y;
     const vec2 centre = vec2(at) + 0.5;
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
+    uvec2 part;
+    const bool some = walks(kParts, range, params.part_begin, params.part_entries, part);
+    if (kParts && !some) return;
     const uint pixel = (view * params.height + corner.y + at.y) * params.width + corner.x + at.x;
 
     vec4 g = inside ? grad_image[pixel] : vec4(0);
-    float behind = dot(background[0].rgb, g.rgb) - g.w;
+    float behind = dot(TABLE4(background, 0).rgb, g.rgb) - g.w;
     g.w = kDepth && inside ? grad_depth[pixel] : 0.0;
     const vec2 end = inside ? state[pixel] : vec2(0);
     float t = end.x;
     const uint stop = range.x + uint(end.y);
+    const uint carry = kParts ? slots[range.x + lane] * kRecordQuads : 0;
+    if (kParts && part.y < range.y) {
+        t = records[carry].x;
+        behind = records[carry].y;
+    }
 
     if (lane == 0) last_entry = range.x;
     barrier();
     atomicMax(last_entry, stop);
     barrier();
-    const uint walked = kEarlyOut ? min(last_entry, range.y) : range.y;
-    for (uint i = walked + lane; i < range.y; i += gl_WorkGroupSize.x) {
-        record_a[slots[i]] = vec4(0);
-        record_b[slots[i]] = vec4(0);
-        record_c[slots[i]] = vec4(0);
-        if (kContributions) record_d[slots[i]] = vec2(0);
+    const uint walked = kEarlyOut ? clamp(last_entry, part.x, part.y) : part.y;
+    for (uint i = walked + lane; i < part.y; i += gl_WorkGroupSize.x) {
+        const uint to = slots[i] * kRecordQuads;
+        for (uint k = 0; k < kRecordQuads; ++k) records[to + k] = vec4(0);
     }
-    for (uint i = walked; i > range.x;) {
+    for (uint i = walked; i > part.x;) {
         --i;
         const uint slot = slots[i];
         const uint item = pairs[i].y;
@@ -74,7 +92,7 @@ void main() {
         precise float raw = a.z * exp2(log2_weight(y));
         precise float alpha = min(kAlphaMax, raw);
         alpha = alpha >= kAlphaMin && i < stop ? alpha : 0.0;
-        t /= 1.0 - alpha;
+        if (alpha > 0.0) t /= 1.0 - alpha;
         const float w = alpha * t;
         const float e = dot(color, g) - behind;
         behind += alpha * e;
@@ -95,19 +113,7 @@ void main() {
             if (kContributions) sums[side][3][gl_SubgroupID] = fourth;
         }
         barrier();
-        if (lane < kRecords) {
-            // Kahan's compensation: a plain sum of 32 exceeds the tolerance of the gradients.
-            precise vec4 sum = vec4(0), lost = vec4(0);
-            for (uint s = 0; s < gl_NumSubgroups; ++s) {
-                precise vec4 term = sums[side][lane][s] - lost;
-                precise vec4 next = sum + term;
-                lost = (next - sum) - term;
-                sum = next;
-            }
-            if (lane == 0) record_a[slot] = sum;
-            if (lane == 1) record_b[slot] = sum;
-            if (lane == 2) record_c[slot] = sum;
-            if (lane == 3) record_d[slot] = sum.xy;
-        }
+        if (lane < kRecordQuads) records[slot * kRecordQuads + lane] = subgroups_sum(side, lane);
     }
+    if (kParts && part.x > range.x) records[carry] = vec4(t, behind, 0, 0);
 }

@@ -8,7 +8,8 @@
 // [V,H,W] vec4 (sum w depth, expected depth, contributors, Gaussian of the largest w). Specialisation: kExtra:
 // write extra, kEarlyOut: end where every pixel has stopped (not in plain use; the same bits), kNormals: blend
 // normals instead of colours, without background, kSizes: the image is 0 beyond a view's size, kIds: write the
-// Gaussian. The workgroup has kTileSize^2 invocations.
+// Gaussian, kParts: walk a part of each long list; until its last one, image is (rgb, T), extra (sum w depth, largest
+// w, contributors, its Gaussian), and T negative where a pixel has stopped. The workgroup has kTileSize^2 invocations.
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
 
@@ -18,14 +19,15 @@ layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(constant_id = kBlendNormalsId) const bool kNormals = false;
 layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendIdsId) const bool kIds = false;
+layout(constant_id = kBlendPartsId) const bool kParts = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
-layout(set = 0, binding = 5, std430) writeonly buffer Image { vec4 image[]; };
-layout(set = 0, binding = 6, std430) writeonly buffer State { vec2 state[]; };
-layout(set = 0, binding = 7, std430) writeonly buffer Extra { vec4 extra[]; };
+layout(set = 0, binding = 5, std430) buffer Image { vec4 image[]; };  // accumulates
+layout(set = 0, binding = 6, std430) buffer State { vec2 state[]; };  // accumulates
+layout(set = 0, binding = 7, std430) buffer Extra { vec4 extra[]; };  // accumulates
 layout(push_constant) uniform Push { BlendParams params; };
 
 const uint kBatch = 64;
@@ -45,22 +47,29 @@ void main() {
     const bool inside = corner.x + at.x < size.x && corner.y + at.y < size.y;
     const vec2 centre = vec2(at) + 0.5;
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
+    const uint pixel = (view * params.height + corner.y + at.y) * params.width + corner.x + at.x;
+    const bool in_image = kSizes ? corner.x + at.x < params.width && corner.y + at.y < params.height : inside;
+    uvec2 part;
+    if (!walks(kParts, range, params.part_begin, params.part_entries, part)) return;
 
-    float t = 1.0;
-    bool stopped = !inside;
-    uint entries = 0, contributors = 0;
-    float most = 0.0, id = -1.0;
-    vec4 sum = vec4(0);
+    const bool carried = kParts && params.part_begin > 0 && in_image;
+    const vec4 before = carried ? image[pixel] : vec4(0, 0, 0, inside ? 1.0 : -1.0);
+    const vec4 more = carried && kExtra ? extra[pixel] : vec4(0, 0, 0, -1.0);
+    float t = abs(before.a);
+    bool stopped = before.a < 0.0;
+    uint entries = carried && !kNormals ? uint(state[pixel].y) : 0, contributors = uint(more.z);
+    float most = more.y, id = more.w;
+    vec4 sum = vec4(before.rgb, more.x);
     uint side = 0;
     if (kEarlyOut) {
         if (lane < 2) running[lane] = 0;
         barrier();
     }
-    for (uint start = range.x; start < range.y; start += kBatch) {
+    for (uint start = part.x; start < part.y; start += kBatch) {
         if (kEarlyOut && !stopped) atomicOr(running[side], 1u);
         barrier();
         if (kEarlyOut && running[side] == 0) break;
-        const uint filled = min(kBatch, range.y - start);
+        const uint filled = min(kBatch, part.y - start);
         if (lane < filled) {
             const uint item = pairs[start + lane].y;
             batch_a[lane] = splats[item * 3] - vec4(corner, 0, 0);
@@ -89,8 +98,13 @@ void main() {
             }
         }
     }
-    if (!(kSizes ? corner.x + at.x < params.width && corner.y + at.y < params.height : inside)) return;
-    const uint pixel = (view * params.height + corner.y + at.y) * params.width + corner.x + at.x;
+    if (!in_image) return;
+    if (kParts && part.y < range.y) {
+        image[pixel] = vec4(sum.rgb, stopped ? -t : t);
+        if (!kNormals) state[pixel] = vec2(t, float(entries));
+        if (kExtra) extra[pixel] = vec4(sum.a, most, float(contributors), id);
+        return;
+    }
     const vec3 behind = kNormals || (kSizes && !inside) ? vec3(0) : t * background[0].rgb;
     image[pixel] = vec4(sum.rgb + behind, 1.0 - t);
     if (!kNormals) state[pixel] = vec2(t, float(entries));

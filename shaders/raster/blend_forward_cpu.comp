@@ -12,9 +12,9 @@
 #extension GL_KHR_shader_subgroup_shuffle : require
 #extension GL_KHR_shader_subgroup_vote : require
 #include "blend.glsl"
-#include "blend_blocks.glsl"
 #include "load.glsl"
 #include "store.glsl"
+#include "blend_blocks.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kBlendExtraId) const bool kExtra = false;
@@ -23,18 +23,19 @@ layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
 layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendIdsId) const bool kIds = false;
+layout(constant_id = kBlendPartsId) const bool kParts = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 QUADS(2, normals);
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
 QUADS(4, background);
-QUADS_OUT(5, image);
-PAIRS_OUT(6, state);
-QUADS_OUT(7, extra);
+CARRIED(5, image, u64vec2, vec4);
+CARRIED(6, state, uint64_t, uvec2);
+CARRIED(7, extra, u64vec2, vec4);
 UINTS(8, order);
 layout(push_constant) uniform Push { BlendParams params; };
 
-#include "spread_tile.glsl"
+#include "raster/spread_tile.glsl"
 
 const int kRows = 8;
 
@@ -105,6 +106,19 @@ void blend(inout Pixel p, float alpha, Layer layer, float stop_below) {
     }
 }
 
+// What the part before left; image is (rgb, T), T as in Pixel.
+Pixel carried_pixel(uint at) {
+    const vec4 sums = image_plain[at];
+    const vec4 more = kExtra ? extra_plain[at] : vec4(0);
+    return Pixel(sums.a, kNormals ? 0.0 : uintBitsToFloat(state_plain[at].y), more.z, more.x, more.y, more.w, sums.rgb);
+}
+
+void carry_pixel(uint at, Pixel p) {
+    ST4(image, at, vec4(p.color, p.t));
+    if (!kNormals) ST2(state, at, floatBitsToUint(vec2(abs(p.t), p.entries)));
+    if (kExtra) ST4(extra, at, vec4(p.depth, p.largest, p.contributors, p.id));
+}
+
 void write_pixel(uint at, Pixel p, vec3 behind) {
     const float left = abs(p.t);
     ST4(image, at, vec4(p.color + left * behind, 1.0 - left));
@@ -123,6 +137,8 @@ void main() {
     const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
     const uvec2 at = uvec2((part & 1u) * 8u + lane, (part >> 1) * uint(kRows));
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
+    uvec2 walked;
+    if (!walks(kParts, range, params.part_begin, params.part_entries, walked)) return;
     const float x = float(at.x) + 0.5, y = float(at.y) + 0.5;
     const float stop_below = params.stop_below;
     const uvec2 size = kSizes ? uvec2(LD4(background, 1 + view).xy) : uvec2(params.width, params.height);
@@ -132,13 +148,16 @@ void main() {
     [[unroll]] for (int r = 0; r < kRows; ++r) {
         const bool inside = column_inside && corner.y + at.y + uint(r) < size.y;
         pixels[r] = Pixel(inside ? 1.0 : -1.0, 0.0, 0.0, 0.0, 0.0, -1.0, vec3(0));
+        const uvec2 to = corner + at + uvec2(0, r);
+        if (kParts && params.part_begin > 0 && to.x < params.width && to.y < params.height)
+            pixels[r] = carried_pixel((view * params.height + to.y) * params.width + to.x);
     }
     const vec2 low = vec2(corner) + vec2(at.x - lane, at.y) + 0.5;
-    uint seen = range.x;
+    uint seen = walked.x;
     Waiting waiting = Waiting(0, 0, 0);
     bool stopped = false;
-    if (seen < range.y) do {
-        look_ahead(range, low, lane, seen, waiting);
+    if (seen < walked.y) do {
+        look_ahead(walked, low, lane, seen, waiting);
         const bool filled = lane < waiting.count;
         const uint entry = filled ? waiting.entries : range.x;
         waiting = Waiting(waiting.count - min(waiting.count, 8u), waiting.next_entries, 0);
@@ -148,7 +167,7 @@ void main() {
         const vec4 c = kNormals ? LD4(normals, item) : LD4(splats, item * 3 + 2);
         const float opacity = filled ? a.z : 0.0;
         const float number = kIds ? float(item - view * params.gaussians) : 0.0;
-        const float place = float(filled ? entry - range.x + 1u : range.y - range.x);
+        const float place = float(filled ? entry - range.x + 1u : walked.y - range.x);
         [[unroll]] for (uint j = 0; j < 8; ++j) {
             const float o = subgroupShuffle(opacity, j);
             const vec3 l = vec3(subgroupShuffle(b.x, j), subgroupShuffle(b.y, j), subgroupShuffle(b.z, j));
@@ -174,14 +193,15 @@ void main() {
             [[unroll]] for (int r = 1; r < kRows; ++r) most = max(most, pixels[r].t);
             stopped = subgroupAll(most <= 0.0);
         }
-    } while (!stopped && (seen < range.y || waiting.count > 0));
+    } while (!stopped && (seen < walked.y || waiting.count > 0));
     if (!(kSizes ? corner.x + at.x < params.width : column_inside)) return;
     const vec3 behind = kNormals ? vec3(0) : LD4(background, 0).rgb;
     [[unroll]] for (uint r = 0; r < uint(kRows); ++r) {
         if (corner.y + at.y + r < params.height) {
             const uint pixel = (view * params.height + corner.y + at.y + r) * params.width + corner.x + at.x;
             const bool beyond = kSizes && !(column_inside && corner.y + at.y + r < size.y);
-            write_pixel(pixel, pixels[r], beyond ? vec3(0) : behind);
+            if (kParts && walked.y < range.y) carry_pixel(pixel, pixels[r]);
+            else write_pixel(pixel, pixels[r], beyond ? vec3(0) : behind);
         }
     }
 }

@@ -2,15 +2,15 @@
 // Sums each Gaussian's records of blending's backward pass in their fixed order, and carries the
 // gradient back through projection.glsl and the spherical harmonics, over all views.
 // One invocation computes one Gaussian. Those that reached no tile or no pixel only cost a store.
-// Bindings: gaussians, colors, cameras, splats, counts, begins, record_a, record_b, record_c;
+// Bindings: gaussians, colors, cameras, splats, counts and, from params.begins, first records;
 // grad_gaussians [count][3] (mean, opacity; scale, 0; rotation), grad_colors [count][sh_quads],
-// exported [V*N][3] vec4 (dL/d mean 2 and its absolute sums; conic, opacity; colour, depth),
-// pose [groups][V][3 or 4] vec4 (rows of dL/d[R|t] of this workgroup; dL/d of fx fy cx cy).
+// exported [V*N][3] vec4 (dL/d mean 2 and its absolute sums; conic, opacity; colour, depth) and, from params.pose,
+// [groups][V][3 or 4] vec4 (rows of dL/d[R|t] of this workgroup; dL/d of fx fy cx cy); records, as blend_backward
+// writes them.
 // Specialisation: kDegree, kExport: write exported, kPose: write pose, kIntrinsics: its fourth, too, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
-#include "store.glsl"
 #include "projection_backward.glsl"
 #include "sh.glsl"
 
@@ -22,17 +22,21 @@ layout(constant_id = kProjectIntrinsicsId) const bool kIntrinsics = false;
 layout(constant_id = kProjectFlagsId) const uint kFlags = 0;
 QUADS(0, gaussians);
 QUADS(1, colors);
-QUADS(2, cameras);
+TABLE(2, cameras);
 QUADS(3, splats);
 UINTS(4, counts);
-UINTS(5, begins);
-QUADS(6, record_a);
-QUADS(7, record_b);
-QUADS(8, record_c);
-layout(set = 0, binding = 9, std430) buffer GradGaussians { vec4 grad_gaussians[]; };  // accumulates
-layout(set = 0, binding = 10, std430) buffer GradColors { vec4 grad_colors[]; };       // accumulates
-layout(set = 0, binding = 11, std430) buffer Exported { vec4 exported[]; };            // accumulates
-QUADS_OUT(12, pose);
+layout(set = 0, binding = 5, std430) buffer GradGaussians { vec4 grad_gaussians[]; };  // accumulates
+layout(set = 0, binding = 6, std430) buffer GradColors { vec4 grad_colors[]; };        // accumulates
+layout(set = 0, binding = 7, std430) buffer Exported { vec4 exported[]; };             // accumulates
+#if TEXEL_LOADS
+QUADS(8, record_a);
+QUADS(9, record_b);
+QUADS(10, record_c);
+#define RECORD(array, k, i) LD4(array, i)
+#else
+QUADS(8, record_quads);
+#define RECORD(array, k, i) record_quads[(i) * params.record_quads + k]
+#endif
 layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "launch.glsl"
@@ -160,11 +164,11 @@ void main() {
         pose2 = vec4(0);
         by_intrinsics = vec4(0);
         if (records.opacity > 0.0) {
-            const uint begin = LD1(begins, item);
+            const uint begin = LD1(counts, params.begins + item);
             for (uint i = begin; i < begin + pairs; ++i) {
-                records.a += LD4(record_a, i);
-                records.b += LD4(record_b, i);
-                records.c += LD4(record_c, i);
+                records.a += RECORD(record_a, 0, i);
+                records.b += RECORD(record_b, 1, i);
+                records.c += RECORD(record_c, 2, i);
             }
         }
         // If no pixel saw it, all sums and its gradient are zeros.
@@ -181,11 +185,11 @@ void main() {
             pose2 = workgroup_sum(pose2);
             if (kIntrinsics) by_intrinsics = workgroup_sum(by_intrinsics);
             if (gl_LocalInvocationID.x == 0 && present) {
-                const uint to = (group * params.views + v) * (kIntrinsics ? 4 : 3);
-                ST4(pose, to, pose0);
-                ST4(pose, to + 1, pose1);
-                ST4(pose, to + 2, pose2);
-                if (kIntrinsics) ST4(pose, to + 3, by_intrinsics);
+                const uint to = params.pose + (group * params.views + v) * (kIntrinsics ? 4 : 3);
+                exported[to] = pose0;
+                exported[to + 1] = pose1;
+                exported[to + 2] = pose2;
+                if (kIntrinsics) exported[to + 3] = by_intrinsics;
             }
         }
     } while (++v < params.views);

@@ -15,24 +15,25 @@
 #include "load.glsl"
 #include "store.glsl"
 #include "params/tile_bin_params.h"
+#include "finite.glsl"
 #include "projection.glsl"
 #include "sh.glsl"
-#include "tile_footprint.glsl"
+#include "raster/tile_footprint.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kProjectDegreeId) const uint kDegree = 0;
 layout(constant_id = kProjectFlagsId) const uint kFlags = 0;
 QUADS(0, gaussians);
 QUADS(1, colors);
-QUADS(2, cameras);
+TABLE(2, cameras);
 QUADS_OUT(3, splats);
 layout(set = 0, binding = 4, std430) writeonly buffer Counts { uint counts[]; };
 PAIRS_OUT(5, keys);
 PAIRS_OUT(6, radii);
 PAIRS_OUT(7, footprints);
 layout(set = 0, binding = 8, std430) buffer Stats { uint stats[]; };  // accumulates
-QUADS(9, background);
-UINTS(10, active_tiles);
+TABLE(9, background);
+UINT_TABLE(10, active_tiles);
 layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "raster/call_views.glsl"
@@ -44,7 +45,7 @@ bool is_set(uint flag) { return (kFlags & flag) != 0; }
 vec2 visible_radius(Projection p, vec2 mean, float opacity, vec2 size) {
     if (is_set(kFlagGsplat)) {
         if (!(opacity >= kAlphaMin)) return vec2(0);
-        const float k = min(kMaxSigma, sqrt(2.0 * log(255.0 * opacity)));
+        const float k = min(kMaxSigma, sqrt(2.0 * max(log(255.0 * opacity), 0.0)));
         const vec2 r = ceil(k * sqrt(vec2(p.a, p.c)));
         const bool outside = any(lessThanEqual(mean + r, vec2(0))) || any(greaterThanEqual(mean - r, size));
         return outside ? vec2(0) : r;

@@ -7,12 +7,13 @@
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
+#include "finite.glsl"
 #include "projection.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kProjectFlagsId) const uint kFlags = 0;
 QUADS(0, gaussians);
-QUADS(1, cameras);
+TABLE(1, cameras);
 UINTS(2, counts);
 QUADS_OUT(3, normals);
 layout(push_constant) uniform Push { ProjectParams params; };

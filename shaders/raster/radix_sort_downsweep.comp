@@ -10,6 +10,7 @@
 #include "load.glsl"
 #include "store.glsl"
 #include "params/radix_sort_params.h"
+#include "table.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kRadixSortBitsId) const uint kBits = 4;
@@ -17,28 +18,29 @@ layout(constant_id = kRadixSortSecondId) const bool kSecond = false;
 layout(constant_id = kRadixSortRangedId) const bool kRanged = false;
 UINT_QUADS(0, inputs);
 UINT_QUADS(1, entries);
-UINTS(2, input_count);
+UINT_TABLE(2, input_count);
 layout(set = 0, binding = 3, std430) buffer Kept { uint kept[]; };  // accumulates
 UINTS(4, table);
 UINTS(5, totals);
 UINT_QUADS(6, seconds);
 PAIRS_OUT(7, entries_out);
 layout(set = 0, binding = 8, std430) writeonly buffer SecondsOut { uint seconds_out[]; };
-UINTS(9, range);
+UINT_TABLE(9, range);
 layout(push_constant) uniform Push { RadixSortParams params; };
 
 #include "radix_digit.glsl"
+#include "workgroup.glsl"
 
 uint places[1u << kBits];  // next place of each digit of this lane
 shared uint bases[1u << kBits];
-shared uint part_sums[gl_WorkGroupSize.x];
+shared uint part_sums[kWorkgroupSize];
 
 void main() {
     const uint l = gl_LocalInvocationID.x, width = gl_WorkGroupSize.x;
     const uint lane = gl_WorkGroupID.x * width + l;
     const Digit digit =
-        kRanged ? ranged_digit(LD1(range, 0), LD1(range, 1), kBits) : fixed_digit(kBits);
-    uint count = min(LD1(input_count, 0), params.capacity);
+        kRanged ? ranged_digit(TABLE1(range, 0), TABLE1(range, 1), kBits) : fixed_digit(kBits);
+    uint count = min(TABLE1(input_count, 0), params.capacity);
     if (!digit.first) count = kept[0];
     const uint lanes = lanes_for(count);
     const uint bins = digit.bits > 0 ? 1u << digit.bits : 0u;

@@ -1,11 +1,10 @@
 #version 460
 // Like tile_bin_emit.comp, for devices whose shaders run on a CPU. A workgroup of 8 lanes walks one chunk of the
-// depth order (those of tile_bin_reduce_cpu.comp) and computes where each entry's pairs begin; it stores this
-// only for large footprints. Each workgroup sums all chunks and decides as tile_bin_scan.comp does, which is
-// cheaper than another dispatch. Needs a workgroup of one subgroup.
-// Bindings: order, sums [params.lanes] pairs of each chunk, slot_begins, sorted, pair_count (written here),
-// footprints; pairs, slots, large, begins [sorted] of entries with large footprints, stats. Specialisation as
-// there.
+// depth order (those of tile_bin_reduce_cpu.comp) and computes where each entry's pairs begin. Each workgroup sums
+// all chunks and decides as tile_bin_scan.comp does, which is cheaper than another dispatch. Needs a workgroup of
+// one subgroup.
+// Bindings: order, sums [params.lanes] pairs of each chunk, slot_begins, footprints; pairs, slots, large, stats,
+// as there; sorted, pair_count (written here). Specialisation as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_shuffle : require
@@ -14,24 +13,23 @@
 #include "store.glsl"
 #include "params/tile_bin_params.h"
 #include "saturating.glsl"
-#include "tile_footprint.glsl"
+#include "raster/tile_footprint.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kTileBinSlotsId) const bool kSlots = false;
 UINTS(0, order);
 UINTS(1, sums);
 UINTS(2, slot_begins);
-UINTS(3, sorted);
-layout(set = 0, binding = 4, std430) writeonly buffer PairCount { uint pair_count[]; };
-UINTS(5, footprints);
-PAIRS_OUT(6, pairs);
-layout(set = 0, binding = 7, std430) writeonly buffer Slots { uint slots[]; };
-layout(set = 0, binding = 8, std430) writeonly buffer Large { uint large[]; };
-layout(set = 0, binding = 9, std430) writeonly buffer Begins { uint begins[]; };
-layout(set = 0, binding = 10, std430) buffer Stats { uint stats[]; };  // accumulates
+UINTS(3, footprints);
+PAIRS_OUT(4, pairs);
+layout(set = 0, binding = 5, std430) writeonly buffer Slots { uint slots[]; };
+PAIRS_OUT(6, large);
+layout(set = 0, binding = 7, std430) buffer Stats { uint stats[]; };  // accumulates
+UINTS(8, sorted);
+layout(set = 0, binding = 9, std430) writeonly buffer PairCount { uint pair_count[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
-#include "tile_bin.glsl"
+#include "raster/tile_bin.glsl"
 
 // A lane's entry of the depth order and where its pairs begin.
 struct Entry {
@@ -110,8 +108,8 @@ void main() {
     do {
         const Entry e = entry_of_lane(i, chunk.y, lane, base);
         if (is_large(e)) {
-            begins[e.at] = e.begin;
-            large[atomicAdd(stats[kStatLarge], 1u)] = e.at;
+            const uint to = atomicAdd(stats[kStatLarge], 1u);
+            ST2(large, to, uvec2(e.item, e.begin));
         }
         i += 8;
     } while (i < chunk.y);

@@ -3,38 +3,36 @@
 // takes every stride-th of them, as many as its loops allow (src/vk/launch.h): usually there are none, and
 // each idle group costs time. If it finds fewer tiles than were counted, the remaining pairs get the key
 // 0xFFFFFFFF, which the sort leaves out.
-// Bindings: splats, order, begins, slot_begins, large, stats, footprints; counts, pairs, slots; background,
-// active_tiles of call_views.glsl.
+// Bindings: splats, large uvec2 (item, first pair), slot_begins, stats, footprints; counts, pairs, slots;
+// background, active_tiles of call_views.glsl.
 // Specialisation: kSlots: write slots, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
 #include "params/tile_bin_params.h"
-#include "tile_footprint.glsl"
+#include "table.glsl"
+#include "raster/tile_footprint.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kTileBinSlotsId) const bool kSlots = false;
 layout(constant_id = kProjectFlagsId) const uint kFlags = 0;
 QUADS(0, splats);
-UINTS(1, order);
-UINTS(2, begins);
-UINTS(3, slot_begins);
-UINTS(4, large);
-UINTS(5, stats);
-UINTS(6, footprints);
-layout(set = 0, binding = 7, std430) writeonly buffer Counts { uint counts[]; };
-PAIRS_OUT(8, pairs);
-layout(set = 0, binding = 9, std430) writeonly buffer Slots { uint slots[]; };
-QUADS(10, background);
-UINTS(11, active_tiles);
+UINTS(1, large);
+UINTS(2, slot_begins);
+UINTS(3, stats);
+UINTS(4, footprints);
+layout(set = 0, binding = 5, std430) writeonly buffer Counts { uint counts[]; };
+PAIRS_OUT(6, pairs);
+layout(set = 0, binding = 7, std430) writeonly buffer Slots { uint slots[]; };
+TABLE(8, background);
+UINT_TABLE(9, active_tiles);
 layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "raster/call_views.glsl"
 #include "launch.glsl"
 
-void emit(uint at) {
-    const uint item = LD1(order, 2 * at + 1);
-    const uint begin = LD1(begins, at);
+void emit(uint i) {
+    const uint item = LD1(large, 2 * i), begin = LD1(large, 2 * i + 1);
     const uint end = begin + LD1(footprints, 2 * item + 1);
     const uint slot = (kSlots ? LD1(slot_begins, item) : 0) - begin;
     const uint view = item / params.gaussians;
@@ -61,5 +59,5 @@ void emit(uint at) {
 
 void main() {
     const uint count = LD1(stats, kStatLarge);
-    for (uint i = invocation_index(params.groups_x); i < count; i += params.stride) emit(LD1(large, i));
+    for (uint i = invocation_index(params.groups_x); i < count; i += params.stride) emit(i);
 }

@@ -15,7 +15,7 @@ UINTS(2, sums);
 layout(set = 0, binding = 3, std430) writeonly buffer Begins { uint begins[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
-#include "tile_bin.glsl"
+#include "raster/tile_bin.glsl"
 
 void main() {
     const uint lane = gl_GlobalInvocationID.x;

@@ -17,7 +17,7 @@ layout(set = 0, binding = 3, std430) writeonly buffer Sums { uint sums[]; };
 layout(set = 0, binding = 4, std430) writeonly buffer Ordered { uint ordered[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
-#include "tile_bin.glsl"
+#include "raster/tile_bin.glsl"
 
 void main() {
     const uint lane = gl_GlobalInvocationID.x;

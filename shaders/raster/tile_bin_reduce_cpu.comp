@@ -17,7 +17,7 @@ UINTS(2, sorted);
 layout(set = 0, binding = 3, std430) writeonly buffer Sums { uint sums[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
-#include "tile_bin.glsl"
+#include "raster/tile_bin.glsl"
 
 void main() {
     const uint lane = gl_LocalInvocationID.x & 7u;

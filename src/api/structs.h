@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "splat.h"
 
 // All structs of the headers, in the order of splat_build_info.
@@ -43,5 +45,11 @@ SPLAT_STRUCTS(SPLAT_STRUCT_NAME)
 /// Bytes of the members of a struct's first version: give a struct that grows its own value here.
 template <class Struct>
 constexpr std::size_t kFirstVersionBytes = sizeof(Struct);
+template <>
+inline constexpr std::size_t kFirstVersionBytes<splat_device_desc> =
+    offsetof(splat_device_desc, max_submit_ns);
+template <>
+inline constexpr std::size_t kFirstVersionBytes<splat_device_info> =
+    offsetof(splat_device_info, kernels_note);
 
 }  // namespace splat::api

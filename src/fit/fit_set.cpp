@@ -125,6 +125,17 @@ Status FitSet::update(vk::Recorder& recorder, const Rates& rates, std::uint64_t 
     const auto color_part = [&](const vk::Buffer& buffer) {
         return rows_of(buffer, 4 * set_.desc.color_quads(), count);
     };
+    // Kernels for CPUs bind what they change twice: they read through texel buffers.
+    const bool twice = recorder.kernels() == vk::Kernels::kCpu;
+    const vk::BufferView changed[] = {part(raw_), part(set_.gaussians), part(m_), part(v_)};
+    std::vector<vk::Access> accesses;
+    for (const vk::BufferView& view : changed)
+        accesses.push_back(twice ? vk::read(view) : vk::read_write(view));
+    accesses.push_back(vk::read(part(gradients_.gaussians)));
+    accesses.push_back(vk::read(exported));
+    accesses.push_back(vk::read_write(rows_of(statistics_, kStatistics, count)));
+    for (const vk::BufferView& view : changed)
+        if (twice) accesses.push_back(vk::write(view));
     vk::Groups groups = vk::groups_for(recorder.device(), std::uint64_t{3} * count, size);
     SPLAT_TRY(recorder.dispatch({
         .op = "fit_adam_set",
@@ -135,11 +146,7 @@ Status FitSet::update(vk::Recorder& recorder, const Rates& rates, std::uint64_t 
                                          real(rates.rotation / first), adam,
                                          real(rates.opacity_weight / count),
                                          real(rates.scale_weight / (3.0 * count))},
-        .accesses = {vk::read(part(raw_)), vk::read(part(set_.gaussians)),
-                     vk::read(part(gradients_.gaussians)), vk::read(part(m_)), vk::read(part(v_)),
-                     vk::read(exported), vk::read_write(rows_of(statistics_, kStatistics, count)),
-                     vk::write(part(raw_)), vk::write(part(set_.gaussians)), vk::write(part(m_)),
-                     vk::write(part(v_))},
+        .accesses = std::move(accesses),
         .groups = groups,
         .work = {.flops = 200.0 * count, .bytes = 450.0 * count},
         .may_alias = true,  // a quad is written by the invocation that read it

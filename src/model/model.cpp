@@ -76,9 +76,10 @@ Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelCo
 /// The largest divisor of the batch that fits, at least 1, judged by the graph of one object.
 std::uint32_t Model::objects_that_fit() const {
     const vk::DeviceLimits& limits = context_.device().info().limits;
-    const std::uint64_t most = options_.most_bytes != 0 ? options_.most_bytes
-                                                        : std::min(limits.max_storage_buffer_bytes,
-                                                                   limits.max_texel_elements * 16);
+    std::uint64_t most = limits.max_storage_buffer_bytes;
+    if (context_.device().kernels() == vk::Kernels::kCpu)
+        most = std::min(most, limits.max_texel_elements * 16);
+    if (options_.most_bytes != 0) most = options_.most_bytes;
     std::uint64_t largest = 1;
     for (const nn::Value& value : graph_.values()) {
         if (value.kind == nn::ValueKind::kParameter || value.shape.rank() < 2) continue;

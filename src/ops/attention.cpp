@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/checked_math.h"
+#include "ops/gpu_tiles.h"
 #include "params/attention_params.h"
 #include "vk/launch.h"
 
@@ -80,10 +81,12 @@ Status multiply(vk::Recorder& recorder, const char* op, const AttentionDesc& des
     const std::uint32_t size =
         kernels == Kernels::kCpu ? 8 : vk::workgroup_size(recorder.device(), 64);
     // Few columns would leave a wide tile idle.
-    const std::uint32_t columns = kernels == Kernels::kPlain ? 1
-                                  : params.n >= 8 * size     ? 8
-                                  : params.n >= 2 * size     ? 2
-                                                             : 1;
+    const std::uint32_t widest =
+        kernels == Kernels::kGpu ? gpu_tiles(recorder.device()).attention_columns : 8;
+    const std::uint32_t columns = kernels == Kernels::kPlain  ? 1
+                                  : params.n >= widest * size ? widest
+                                  : params.n >= 2 * size      ? 2
+                                                              : 1;
     std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, size}};
     if (kernels != Kernels::kPlain) {
         constants.push_back({params::kAttentionColumnsId, columns});

@@ -2,6 +2,7 @@
 
 #include "core/checked_math.h"
 #include "ops/conv2d_stages.h"
+#include "ops/gpu_tiles.h"
 #include "vk/launch.h"
 
 namespace splat::ops {
@@ -144,14 +145,21 @@ Status direct_backward_weight(vk::Recorder& recorder, const Conv2dDesc& desc, co
     const Kernels kernels = recorder.kernels();
     const std::uint32_t lanes = kernels == Kernels::kCpu ? 8 : size;
     vk::Groups groups{per_weight[0], per_weight[1], params.slices};
+    std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, lanes}};
+    std::uint32_t out_tile = kTile;
+    if (kernels == Kernels::kGpu) {
+        const std::uint32_t quads = gpu_tiles(recorder.device()).weight_quads;
+        constants.push_back({params::kConv2dOutQuadsId, quads});
+        out_tile = 4 * quads;
+    }
     if (kernels != Kernels::kPlain)  // each 8 lanes take a tile of their own
         groups = {static_cast<std::uint32_t>(ceil_div(desc.in_channels, kTile * (lanes / 8))),
-                  static_cast<std::uint32_t>(ceil_div(desc.out_channels, kTile)),
+                  static_cast<std::uint32_t>(ceil_div(desc.out_channels, out_tile)),
                   9 * params.slices};
     SPLAT_TRY(recorder.dispatch({
         .op = "conv2d_backward_weight",
         .shader = "conv2d_backward_weight",
-        .constants = {{params::kWorkgroupSizeId, lanes}},
+        .constants = std::move(constants),
         .push = params,
         .accesses = {vk::read(x), vk::read(grad_y), vk::write(partial)},
         .groups = groups,

@@ -66,11 +66,10 @@ Status winograd_input(vk::Recorder& recorder, const char* op, const Conv2dDesc& 
     return recorder.dispatch({
         .op = op,
         .shader = "conv2d_winograd_forward_input",
-        .constants = {{params::kWorkgroupSizeId, slices.lanes}, winograd_tile(desc)},
+        .constants = winograd_transform(recorder, desc, slices),
         .push = params,
         .accesses = {vk::read(x), vk::write(transformed)},
-        .groups = {slices.groups(params.tiles),
-                   static_cast<std::uint32_t>(ceil_div(desc.in_channels, 8)), 1},
+        .groups = {slices.groups(params.tiles), winograd_parts(recorder, desc.in_channels), 1},
         .work = {.flops = 0, .bytes = 2.0 * static_cast<double>(transformed.bytes)},
     });
 }

@@ -2,6 +2,7 @@
 
 #include "core/checked_math.h"
 #include "ops/conv2d_stages.h"
+#include "ops/gpu_tiles.h"
 #include "ops/winograd_slices.h"
 #include "vk/launch.h"
 
@@ -32,7 +33,7 @@ struct Round {
     WinogradSlices slices;
     std::uint32_t products;  ///< slices of a round
     std::uint32_t parts;     ///< parts of a slice's sum, each with a product of its own
-    vk::Groups groups;       ///< workgroups of the product of one part
+    vk::Groups groups;       ///< workgroups of the product of one part, of the largest tiles
     std::uint64_t input_bytes;
     std::uint64_t grad_bytes;
     std::uint64_t product_bytes;  ///< bytes of the products of one slice
@@ -79,23 +80,31 @@ Status add_product(vk::Recorder& recorder, const Conv2dDesc& desc, const Round& 
     SPLAT_TRY(recorder.dispatch({
         .op = "conv2d_backward_weight_grad",
         .shader = "conv2d_winograd_backward_weight_input",
-        .constants = {{params::kWorkgroupSizeId, slices.lanes}, winograd_tile(desc)},
+        .constants = winograd_transform(recorder, desc, slices),
         .push = params,
         .accesses = {vk::read(grad_y), vk::write(grad)},
-        .groups = {slices.groups(params.tiles),
-                   static_cast<std::uint32_t>(ceil_div(desc.out_channels, 8)), 1},
+        .groups = {slices.groups(params.tiles), winograd_parts(recorder, desc.out_channels), 1},
         .work = {.flops = 0, .bytes = 2.0 * static_cast<double>(grad.bytes)},
     }));
     const vk::Work work = conv2d_work(desc);
     const double share = static_cast<double>(params.tiles) / slices.all;
     const std::uint32_t quads = quads_per_lane(desc.in_channels);
+    std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, slices.lanes},
+                                               {params::kWinogradQuadsId, quads}};
+    std::uint32_t sums = kWeightTile;
+    if (recorder.kernels() == vk::Kernels::kGpu) {
+        sums = gpu_tiles(recorder.device()).winograd_sums;
+        constants.push_back({params::kWinogradSumsId, sums});
+    }
     return recorder.dispatch({
         .op = "conv2d_backward_weight",
         .shader = "conv2d_winograd_backward_weight_product",
-        .constants = {{params::kWorkgroupSizeId, slices.lanes}, {params::kWinogradQuadsId, quads}},
+        .constants = std::move(constants),
         .push = params,
         .accesses = {vk::read(input), vk::read(grad), vk::write(products)},
-        .groups = {round.groups[0], round.groups[1], round.groups[2] * round.parts},
+        .groups = {round.groups[0],
+                   static_cast<std::uint32_t>(ceil_div(desc.out_channels, sums / quads)),
+                   round.groups[2] * round.parts},
         .work = {.flops = work.flops * share, .bytes = work.bytes * share},
     });
 }

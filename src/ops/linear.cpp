@@ -4,6 +4,7 @@
 
 #include "core/checked_math.h"
 #include "core/shape.h"
+#include "ops/gpu_tiles.h"
 #include "params/linear_params.h"
 #include "vk/launch.h"
 
@@ -26,17 +27,22 @@ constexpr std::uint32_t kMostBlocks = 4;
 
 /// Two quads deep if the unrolled code fits in the instruction cache: for large tiles this is a fifth slower on Zen 3,
 /// but takes 0.93 of the time on a Xeon with 64 KiB.
-Tile tile_for(const LinearDesc& desc, const vk::DeviceFeatures& device) {
+Tile tile_for(const LinearDesc& desc, const vk::Recorder& recorder) {
+    const bool cpu = recorder.kernels() == Kernels::kCpu;
+    const vk::DeviceFeatures& device = recorder.device().features;
+    const std::uint32_t most = cpu ? kMostBlocks : gpu_tiles(recorder.device()).linear_blocks;
     const std::uint64_t blocks = ceil_div(desc.out_features, 8);
     const auto cost = [&](std::uint32_t height) {
         return ceil_div(blocks, height) * (5 * height + 3);
     };
     std::uint32_t best = 1;
-    for (std::uint32_t height = 2; height <= kMostBlocks; height *= 2)
+    for (std::uint32_t height = 2; height <= most; height *= 2)
         if (cost(height) <= cost(best)) best = height;
     std::uint32_t columns = 1;
-    if (desc.rows >= 32) columns = best == 1 || (device.many_registers && desc.rows >= 64) ? 8 : 4;
-    return {columns, best, columns * best <= 8 || device.large_code_cache ? 2U : 1U};
+    if (desc.rows >= 32)
+        columns = best == 1 || (cpu && device.many_registers && desc.rows >= 64) ? 8 : 4;
+    const bool deep = columns * best <= (most < kMostBlocks ? 4 : 8);
+    return {columns, best, deep || (cpu && device.large_code_cache) ? 2U : 1U};
 }
 
 params::LinearParams params_of(const LinearDesc& desc) {
@@ -55,7 +61,7 @@ vk::Work product_work(const LinearDesc& desc) {
                         count(desc.in_features, desc.out_features))};
 }
 
-/// The plain kernels loop over all features of a row in one invocation, see kMaxTurns.
+/// On CPU devices: the plain kernels loop over all features of a row in one invocation, see kMaxTurns.
 constexpr std::uint32_t kMaxFeatures = 65000;
 
 /// linear_backward_weight_fast.comp: most features per tile, both ways.
@@ -82,7 +88,7 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
                 const vk::BufferView& x, const vk::BufferView& weight, const vk::BufferView& bias,
                 const vk::BufferView& y, const vk::BufferView& residual) {
     const bool cpu = recorder.kernels() == Kernels::kCpu;
-    const Tile tile = tile_for(desc, recorder.device().features);
+    const Tile tile = tile_for(desc, recorder);
     // CPU devices distribute workgroups, so these are small; a GPU needs its whole subgroup
     // filled.
     const std::uint32_t size = cpu ? 8 : vk::workgroup_size(recorder.device(), 64);
@@ -113,7 +119,7 @@ Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
 
 }  // namespace
 
-Status linear_check(const LinearDesc& desc) {
+Status linear_check(const vk::DeviceInfo& device, const LinearDesc& desc) {
     const std::uint64_t rows = desc.rows;
     const std::uint64_t in = round_up(desc.in_features, 16);
     const std::uint64_t out = round_up(desc.out_features, 16);
@@ -121,7 +127,8 @@ Status linear_check(const LinearDesc& desc) {
         return unsupported(
             "linear: %u rows, %u -> %u features: an operand has 2^31 elements or more", desc.rows,
             desc.in_features, desc.out_features);
-    if (desc.in_features > kMaxFeatures || desc.out_features > kMaxFeatures)
+    if (device.kind == vk::DeviceKind::kCpu &&
+        (desc.in_features > kMaxFeatures || desc.out_features > kMaxFeatures))
         return unsupported("linear: %u -> %u features, expected at most %u", desc.in_features,
                            desc.out_features, kMaxFeatures);
     return {};
@@ -138,7 +145,7 @@ std::uint64_t linear_packed_bytes(const vk::Recorder& recorder, const LinearDesc
 Status linear_pack_weight(vk::Recorder& recorder, const LinearDesc& desc,
                           const vk::BufferView& weight, const vk::BufferView& packed,
                           bool transposed) {
-    SPLAT_TRY(linear_check(desc));
+    SPLAT_TRY(linear_check(recorder.device(), desc));
     const std::uint64_t bytes = linear_packed_bytes(recorder, desc, transposed);
     if (bytes == 0) return {};
     const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
@@ -161,7 +168,7 @@ Status linear_pack_weight(vk::Recorder& recorder, const LinearDesc& desc,
 Status linear_forward(vk::Recorder& recorder, const LinearDesc& desc, const vk::BufferView& x,
                       const vk::BufferView& weight, const vk::BufferView& bias,
                       const vk::BufferView& y, const vk::BufferView& residual) {
-    SPLAT_TRY(linear_check(desc));
+    SPLAT_TRY(linear_check(recorder.device(), desc));
     if (recorder.kernels() != Kernels::kPlain)
         return multiply(recorder, "linear_forward", desc, x, weight, bias, y, residual);
     const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
@@ -185,7 +192,7 @@ Status linear_forward(vk::Recorder& recorder, const LinearDesc& desc, const vk::
 Status linear_backward_input(vk::Recorder& recorder, const LinearDesc& desc,
                              const vk::BufferView& weight, const vk::BufferView& grad_y,
                              const vk::BufferView& grad_x) {
-    SPLAT_TRY(linear_check(desc));
+    SPLAT_TRY(linear_check(recorder.device(), desc));
     if (recorder.kernels() != Kernels::kPlain) {
         const LinearDesc transposed{desc.rows, desc.out_features, desc.in_features, false,
                                     desc.scale};
@@ -217,7 +224,7 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
                               const vk::BufferView& x, const vk::BufferView& grad_y,
                               const vk::BufferView& grad_weight, const vk::BufferView& partial,
                               bool accumulate) {
-    SPLAT_TRY(linear_check(desc));
+    SPLAT_TRY(linear_check(recorder.device(), desc));
     const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const vk::Groups per_weight = vk::groups_for(
         recorder.device(), std::uint64_t{desc.in_features} * desc.out_features, size);
@@ -240,10 +247,13 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
             kFeatureTile * (lanes / 8);  // each 8 lanes take a tile of their own
         // The 72 taps of an adapter of rank 8 are three tiles of 24, not of 32. Only two sizes, as each is
         // one more pipeline.
+        const std::uint32_t most =
+            kernels == Kernels::kGpu ? gpu_tiles(recorder.device()).weight_quads : 8;
         const auto out_tiles =
-            static_cast<std::uint32_t>(ceil_div(desc.out_features, kFeatureTile));
+            static_cast<std::uint32_t>(ceil_div(desc.out_features, std::uint64_t{4} * most));
         const std::uint64_t out_quads = ceil_div(ceil_div(desc.out_features, 4), out_tiles);
-        constants.push_back({params::kLinearOutQuadsId, out_tiles > 1 && out_quads <= 6 ? 6U : 8U});
+        constants.push_back({params::kLinearOutQuadsId,
+                             out_tiles > 1 && out_quads <= 6 ? std::min(most, 6U) : most});
         groups = {static_cast<std::uint32_t>(ceil_div(desc.in_features, in_tile)), out_tiles, 1};
     }
     groups[2] = params.slices;
@@ -271,7 +281,7 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
 Status linear_backward_bias(vk::Recorder& recorder, const LinearDesc& desc,
                             const vk::BufferView& grad_y, const vk::BufferView& grad_bias,
                             bool accumulate) {
-    SPLAT_TRY(linear_check(desc));
+    SPLAT_TRY(linear_check(recorder.device(), desc));
     params::LinearParams params = params_of(desc);
     params.accumulate = accumulate ? 1 : 0;
     const double elements = count(desc.rows, desc.out_features);
@@ -311,7 +321,7 @@ Result<OpPlan> linear_plan(const vk::Recorder& recorder, const Attributes&,
     const bool bias = inputs[2].rank() > 0;
     if (bias) SPLAT_TRY(expect_shape("linear", "bias", inputs[2], {weight[0]}));
     const LinearDesc desc{x[0], x[1], weight[0], bias};
-    SPLAT_TRY(linear_check(desc));
+    SPLAT_TRY(linear_check(recorder.device(), desc));
     return OpPlan{.outputs = {Shape{x[0], weight[0]}},
                   .backward_workspace = linear_backward_weight_bytes(recorder, desc),
                   .forward_prepared = linear_packed_bytes(recorder, desc, false),

@@ -13,8 +13,8 @@ struct LinearDesc {
     float scale = 1;  ///< factor of the output
 };
 
-/// Errors: kUnsupported if a product of two extents reaches 2^31, or features exceed 65000.
-Status linear_check(const LinearDesc& desc);
+/// Errors: kUnsupported if a product of two extents reaches 2^31, or on CPU devices features exceed 65000.
+Status linear_check(const vk::DeviceInfo& device, const LinearDesc& desc);
 
 /// Bytes of the packed weight of linear_pack_weight; 0 if the kernels in use read the weight itself.
 std::uint64_t linear_packed_bytes(const vk::Recorder& recorder, const LinearDesc& desc,

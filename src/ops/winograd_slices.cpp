@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/checked_math.h"
+#include "ops/gpu_tiles.h"
 #include "vk/launch.h"
 
 namespace splat::ops {
@@ -68,6 +69,23 @@ WinogradSlices winograd_slices(const vk::Recorder& recorder, const Conv2dDesc& d
     const std::uint64_t count = ceil_div(steps, most);
     slices.tiles = static_cast<std::uint32_t>(ceil_div(steps, count) * step);
     return slices;
+}
+
+std::vector<vk::SpecConstant> winograd_transform(const vk::Recorder& recorder,
+                                                 const Conv2dDesc& desc,
+                                                 const WinogradSlices& slices) {
+    std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, slices.lanes},
+                                               winograd_tile(desc)};
+    if (recorder.kernels() == vk::Kernels::kGpu)
+        constants.push_back(
+            {params::kWinogradPartsId, gpu_tiles(recorder.device()).winograd_quads});
+    return constants;
+}
+
+std::uint32_t winograd_parts(const vk::Recorder& recorder, std::uint32_t channels) {
+    const auto octets = static_cast<std::uint32_t>(ceil_div(channels, 8));
+    const bool gpu = recorder.kernels() == vk::Kernels::kGpu;
+    return gpu ? 2 * octets / gpu_tiles(recorder.device()).winograd_quads : octets;
 }
 
 params::Conv2dWinogradParams winograd_params(const Conv2dDesc& desc) {

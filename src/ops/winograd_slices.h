@@ -28,6 +28,13 @@ struct WinogradSlices {
     [[nodiscard]] std::uint64_t bytes(const Conv2dDesc& desc, std::uint32_t channels) const;
 };
 
+/// Constants of the transforms of inputs, and the workgroups along the channels: octets, or quads for GPUs with few
+/// registers.
+std::vector<vk::SpecConstant> winograd_transform(const vk::Recorder& recorder,
+                                                 const Conv2dDesc& desc,
+                                                 const WinogradSlices& slices);
+std::uint32_t winograd_parts(const vk::Recorder& recorder, std::uint32_t channels);
+
 /// (desc.winograd + 2)^2: the places of a transformed tile.
 std::uint32_t winograd_places(const Conv2dDesc& desc);
 

@@ -1,5 +1,7 @@
 #include "raster/blend.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -23,7 +25,7 @@ std::uint32_t spread_of(std::uint64_t total) {
 }
 
 params::BlendParams blend_params(const vk::Recorder& recorder, const RasterDesc& desc,
-                                 const Window& window) {
+                                 const Window& window, const ListPart& part) {
     params::BlendParams params{};
     params.width = desc.width;
     params.height = desc.height;
@@ -40,62 +42,122 @@ params::BlendParams blend_params(const vk::Recorder& recorder, const RasterDesc&
                             : std::nextafter(kTransmittanceMin, 1.0F);
     params.straight_through = desc.original_gradient ? 1 : 0;
     params.gaussians = desc.gaussians;
+    params.part_begin = part.begin;
+    params.part_entries = part.entries;
     return params;
+}
+
+vk::Kernels kernels_of(const vk::DeviceInfo& device, vk::Kernels kernels, bool backward) {
+    return backward && kernels == vk::Kernels::kGpu && !device.features.subgroup_arithmetic
+               ? vk::Kernels::kPlain
+               : kernels;
+}
+
+/// Pairs that a part walks at most, of all in the window.
+double pairs_of(const RasterDesc& desc, const Window& window, const ListPart& part,
+                std::uint64_t pairs) {
+    const auto all = static_cast<double>(pairs);
+    if (!part.of_long_lists) return all;
+    // Each tile that goes on has as many as before in every part before.
+    const double before = std::max(1U, part.begin / part.entries);
+    const double tiles = double{1} * desc.tiles_x() * window.rows() * desc.views;
+    return std::min(all / before, tiles * part.entries);
+}
+
+vk::Work forward_work(double pairs, double pixels) {
+    return {.flops = 20 * pairs * kTilePixels, .bytes = 60 * pairs + 24 * pixels};
+}
+
+vk::Work backward_work(double pairs, double pixels) {
+    return {.flops = 40 * pairs * kTilePixels, .bytes = 108 * pairs + 24 * pixels};
 }
 
 }  // namespace
 
+vk::KernelPace& blend_pace(vk::Context& context, bool backward) {
+    vk::Device& device = context.device();
+    const vk::Kernels kernels =
+        kernels_of(device.info(), device.kernels(vk::Family::kBlend), backward);
+    std::string module = backward ? "blend_backward" : "blend_forward";
+    if (kernels == vk::Kernels::kCpu) module += "_cpu";
+    if (kernels == vk::Kernels::kGpu && backward) module += "_gpu";
+    return device.pace.of(module);
+}
+
+std::uint32_t part_entries(vk::Context& context, bool backward) {
+    const vk::Device& device = context.device();
+    const vk::Kernels kernels =
+        kernels_of(device.info(), device.kernels(vk::Family::kBlend), backward);
+    // Before anything is measured: few lists of real scenes are longer. lavapipe ends loops after 65535 turns; of those
+    // for CPUs there are 33 for 8 entries backward, of those for GPUs 34 for each, with 8 lanes.
+    std::uint32_t most = kernels == vk::Kernels::kGpu   ? 16384
+                         : kernels == vk::Kernels::kCpu ? 8192
+                                                        : 4096;
+    if (kernels == vk::Kernels::kGpu && backward && device.info().kind == vk::DeviceKind::kCpu)
+        most = 1024;
+    const vk::Work work = backward ? backward_work(most, 0) : forward_work(most, 0);
+    const double seconds =
+        estimated_seconds(device.info(), kernels, work) * blend_pace(context, backward).factor;
+    const double fit = most * std::min(device.pace.submit_seconds() / seconds, 1.0);
+    return std::bit_floor(std::max(static_cast<std::uint32_t>(fit), kTilePixels));
+}
+
 Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                     const BlendViews& views, std::uint64_t pairs_estimate, bool normals) {
-    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
-    const std::uint32_t parts = cpu ? 4 : 1;
-    const auto pairs = static_cast<double>(pairs_estimate);
+                     const BlendViews& views, std::uint64_t pairs_estimate, bool normals,
+                     const ListPart& part) {
+    const vk::Kernels kernels = recorder.kernels(vk::Family::kBlend);
+    const bool cpu = kernels == vk::Kernels::kCpu;
+    const std::uint32_t quarters = cpu ? 4 : 1;
+    const double pairs = pairs_of(desc, window, part, pairs_estimate);
     std::vector<vk::SpecConstant> constants = {
         {params::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
         {params::kBlendExtraId, desc.extra && !normals ? 1U : 0U},
         {params::kBlendNormalsId, normals ? 1U : 0U},
         {params::kBlendSizesId, desc.view_sizes ? 1U : 0U},
         {params::kBlendIdsId, desc.ids && !normals ? 1U : 0U}};
-    if (recorder.kernels() != vk::Kernels::kPlain)
+    if (kernels != vk::Kernels::kPlain)
         constants.push_back({params::kBlendEarlyOutId, desc.skips.early_out ? 1U : 0U});
     if (cpu) constants.push_back({params::kBlendSkipBlocksId, desc.skips.blocks ? 1U : 0U});
-    std::vector<vk::Access> accesses = {vk::read(views.splats),     vk::read(views.pairs),
-                                        vk::read(views.normals),    vk::read(views.ranges),
-                                        vk::read(views.background), vk::write(views.image),
-                                        vk::write(views.state),     vk::write(views.extra)};
+    std::vector<vk::Access> accesses = {vk::read(views.splats),      vk::read(views.pairs),
+                                        vk::read(views.normals),     vk::read(views.ranges),
+                                        vk::read(views.background),  vk::read_write(views.image),
+                                        vk::read_write(views.state), vk::read_write(views.extra)};
+    if (part.of_long_lists) constants.push_back({params::kBlendPartsId, 1});
     if (cpu) accesses.push_back(vk::read(views.order));
     return recorder.dispatch({
         .op = "blend_forward",
         .shader = "blend_forward",
         .constants = constants,
-        .push = blend_params(recorder, desc, window),
+        .push = blend_params(recorder, desc, window, part),
         .accesses = accesses,
-        .groups = {desc.tiles_x() * parts, window.rows(), desc.views},
-        .work = {.flops = 20 * pairs * kTilePixels,
-                 .bytes = 60 * pairs + 24 * static_cast<double>(desc.pixels())},
+        .groups = {desc.tiles_x() * quarters, window.rows(), desc.views},
+        .work = forward_work(pairs, static_cast<double>(desc.pixels())),
+        .kernels = kernels,
     });
 }
 
 Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                       const BlendViews& views, const vk::BufferView& grad_image,
                       const vk::BufferView& grad_depth, const RecordViews& records,
-                      std::uint64_t pairs_estimate) {
-    vk::Kernels kernels = recorder.kernels();
-    if (kernels == vk::Kernels::kGpu && !recorder.device().features.subgroup_arithmetic)
-        kernels = vk::Kernels::kPlain;
+                      std::uint64_t pairs_estimate, const ListPart& part) {
+    const vk::Kernels kernels =
+        kernels_of(recorder.device(), recorder.kernels(vk::Family::kBlend), true);
     const bool cpu = kernels == vk::Kernels::kCpu;
-    const auto pairs = static_cast<double>(pairs_estimate);
+    const double pairs = pairs_of(desc, window, part, pairs_estimate);
     std::vector<vk::SpecConstant> constants = {
         {params::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
         {params::kBlendDepthId, desc.grad_depth ? 1U : 0U},
         {params::kBlendAbsoluteId, desc.export_gradients ? 1U : 0U},
         {params::kBlendSizesId, desc.view_sizes ? 1U : 0U},
         {params::kBlendContributionsId, desc.contributions ? 1U : 0U}};
-    std::vector<vk::Access> accesses = {
-        vk::read(views.splats), vk::read(views.pairs),      vk::read(views.slots),
-        vk::read(views.ranges), vk::read(views.background), vk::read(views.state),
-        vk::read(grad_image),   vk::read(grad_depth),       vk::write(records.a),
-        vk::write(records.b),   vk::write(records.c),       vk::write(records.d)};
+    std::vector<vk::Access> accesses = {vk::read(views.splats),     vk::read(views.pairs),
+                                        vk::read(views.slots),      vk::read(views.ranges),
+                                        vk::read(views.background), vk::read(views.state),
+                                        vk::read(grad_image),       vk::read(grad_depth)};
+    accesses.push_back(vk::read_write(records.sums[0]));
+    for (std::size_t i = 1; i < records.sums.size(); ++i)
+        accesses.push_back(vk::write(records.sums[i]));
+    if (part.of_long_lists) constants.push_back({params::kBlendPartsId, 1});
     if (kernels != vk::Kernels::kPlain)
         constants.push_back({params::kBlendEarlyOutId, desc.skips.early_out ? 1U : 0U});
     if (cpu) {
@@ -107,11 +169,10 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
         .op = "blend_backward",
         .shader = "blend_backward",
         .constants = constants,
-        .push = blend_params(recorder, desc, window),
+        .push = blend_params(recorder, desc, window, part),
         .accesses = accesses,
         .groups = {desc.tiles_x(), window.rows(), desc.views},
-        .work = {.flops = 40 * pairs * kTilePixels,
-                 .bytes = 108 * pairs + 24 * static_cast<double>(desc.pixels())},
+        .work = backward_work(pairs, static_cast<double>(desc.pixels())),
         .kernels = kernels,
     });
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "raster/project.h"
+#include "vk/context.h"
 
 namespace splat::raster {
 
@@ -19,8 +20,23 @@ struct BlendViews {
                                 ///< equals) or -1, else 0; one quad if not desc.extra
 };
 
+/// The lists that a dispatch walks: all that have at most `entries` whole, or `entries` of each of the others, from
+/// `begin` on. See walks() in blend.glsl.
+struct ListPart {
+    std::uint32_t entries = ~0U;
+    bool of_long_lists = false;
+    std::uint32_t begin = 0;
+};
+
+/// What is measured of the kernel of a pass.
+vk::KernelPace& blend_pace(vk::Context& context, bool backward);
+
+/// Entries of a part, by what is known of the kernel: a workgroup takes no longer than a submit may. A power of two;
+/// no result depends on it.
+std::uint32_t part_entries(vk::Context& context, bool backward);
+
 /// Blend each tile's list front to back into views.image. With `normals`, blend normals instead of
-/// colours, without a background.
+/// colours, without a background. Parts of long lists come in ascending order.
 ///
 /// pairs_estimate  expected number of pairs, for the length of submits
 /// Errors       the recorder's
@@ -28,9 +44,10 @@ struct BlendViews {
 /// Determinism  bit-exact for any thread count
 /// Source       Kerbl et al. 2023 section 6; shaders/raster/blend_forward.comp
 Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                     const BlendViews& views, std::uint64_t pairs_estimate, bool normals = false);
+                     const BlendViews& views, std::uint64_t pairs_estimate, bool normals = false,
+                     const ListPart& part = {});
 
-/// Gradient of blend_forward, written as one record per pair.
+/// Gradient of blend_forward, written as one record per pair. Parts of long lists come in descending order.
 ///
 /// grad_image   [V,H,W] quads: of RGB and alpha
 /// grad_depth   [V,H,W] float32: of the accumulated depth; any quad if not desc.grad_depth
@@ -38,6 +55,6 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
 Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                       const BlendViews& views, const vk::BufferView& grad_image,
                       const vk::BufferView& grad_depth, const RecordViews& records,
-                      std::uint64_t pairs_estimate);
+                      std::uint64_t pairs_estimate, const ListPart& part = {});
 
 }  // namespace splat::raster

@@ -36,6 +36,18 @@ std::uint32_t group_size(const vk::Recorder& recorder) {
     return vk::workgroup_size(recorder.device(), kGroup);
 }
 
+/// Elements of `bytes` from the start of `first` to that of `second`, which lies behind it.
+std::uint32_t distance(const vk::BufferView& first, const vk::BufferView& second,
+                       std::uint32_t bytes) {
+    SPLAT_ASSERT(first.buffer == second.buffer && first.offset <= second.offset);
+    return static_cast<std::uint32_t>((second.offset - first.offset) / bytes);
+}
+
+/// The counts and the first records behind them.
+vk::BufferView counts_and_begins(const ItemViews& items, const RecordViews& records) {
+    return items.counts.part(0, records.begins.end() - items.counts.offset);
+}
+
 /// Quads that a workgroup writes for each view: rows of dL/d[R|t], intrinsics.
 std::uint32_t pose_quads(const RasterDesc& desc) {
     return desc.grad_intrinsics ? 4 : 3;
@@ -53,7 +65,7 @@ struct Slice {
 template <class Record>
 Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                   const Record& record) {
-    const std::uint32_t size = slice_size(recorder.device(), desc);
+    const std::uint32_t size = slice_size(recorder.device(), recorder.kernels(), desc);
     for (std::uint32_t first = 0; first < desc.gaussians; first += size) {
         const std::uint32_t count = std::min(size, desc.gaussians - first);
         const vk::Groups groups = vk::groups_for(recorder.device(), count, group_size(recorder));
@@ -112,10 +124,10 @@ Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const Set
     });
 }
 
-std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc& desc) {
-    if (!desc.grad_pose) return 16;
-    return ceil_div(std::uint64_t{desc.gaussians}, group_size(recorder)) * desc.views *
-           pose_quads(desc) * 16;
+std::uint64_t pose_partial_bytes(const vk::DeviceInfo& device, const RasterDesc& desc) {
+    if (!desc.grad_pose) return 0;
+    return ceil_div(std::uint64_t{desc.gaussians}, vk::workgroup_size(device, kGroup)) *
+           desc.views * pose_quads(desc) * 16;
 }
 
 Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const SetViews& scene,
@@ -125,6 +137,20 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Se
     const std::uint32_t quads = desc.color_quads();
     SPLAT_TRY(for_slices(recorder, desc, {}, [&](Slice part) {
         part.params.accumulate = accumulate ? 1 : 0;
+        part.params.begins = distance(items.counts, records.begins, 4);
+        part.params.pose = distance(projection.exported, projection.pose_partial, 16);
+        part.params.record_quads = desc.record_quads();
+        std::vector<vk::Access> accesses = {
+            vk::read(slice(scene.gaussians, part.first, part.count, 3)),
+            vk::read(slice(scene.colors, part.first, part.count, quads)),
+            vk::read(cameras),
+            vk::read(items.splats),
+            vk::read(counts_and_begins(items, records)),
+            vk::read_write(slice(gradients.gaussians, part.first, part.count, 3)),
+            vk::read_write(slice(gradients.colors, part.first, part.count, quads)),
+            vk::read_write(projection.exported)};
+        for (std::size_t i = 0; i < std::min<std::size_t>(records.sums.size(), 3); ++i)
+            accesses.push_back(vk::read(records.sums[i]));
         return recorder.dispatch({
             .op = "project_backward",
             .shader = "project_backward",
@@ -136,17 +162,11 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Se
                           {params::kProjectIntrinsicsId, desc.grad_intrinsics ? 1U : 0U},
                           {params::kProjectFlagsId, desc.flags()}},
             .push = part.params,
-            .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
-                         vk::read(slice(scene.colors, part.first, part.count, quads)),
-                         vk::read(cameras), vk::read(items.splats), vk::read(items.counts),
-                         vk::read(records.begins), vk::read(records.a), vk::read(records.b),
-                         vk::read(records.c),
-                         vk::read_write(slice(gradients.gaussians, part.first, part.count, 3)),
-                         vk::read_write(slice(gradients.colors, part.first, part.count, quads)),
-                         vk::read_write(projection.exported), vk::write(projection.pose_partial)},
+            .accesses = std::move(accesses),
             .groups = part.groups,
             .work = {.flops = kBackwardFlops * part.count * desc.views,
                      .bytes = 16.0 * (12 + 2 * quads) * part.count * desc.views},
+            .kernels = records.apart() ? vk::Kernels::kCpu : vk::Kernels::kPlain,
         });
     }));
     if (!desc.grad_pose) return {};
@@ -173,15 +193,21 @@ Status sum_contributions(vk::Recorder& recorder, const RasterDesc& desc, const I
                          bool accumulate) {
     const std::uint32_t group = group_size(recorder);
     const vk::Groups groups = vk::groups_for(recorder.device(), desc.gaussians, group);
-    const params::ContributionReduceParams params{desc.gaussians, desc.views, accumulate ? 1U : 0U,
-                                                  groups[0]};
+    const params::ContributionReduceParams params{
+        .gaussians = desc.gaussians,
+        .views = desc.views,
+        .accumulate = accumulate ? 1U : 0U,
+        .groups_x = groups[0],
+        .begins = distance(items.counts, records.begins, 4),
+        .stride = records.apart() ? 1U : 2 * desc.record_quads(),
+        .first = records.apart() ? 0U : 6U};
     const auto count = static_cast<double>(desc.items());
     return recorder.dispatch({
         .op = "contribution_reduce",
         .shader = "contribution_reduce",
         .constants = {{params::kWorkgroupSizeId, group}},
         .push = params,
-        .accesses = {vk::read(items.counts), vk::read(records.begins), vk::read(records.d),
+        .accesses = {vk::read(counts_and_begins(items, records)), vk::read(records.sums.back()),
                      vk::read_write(contributions)},
         .groups = groups,
         .work = {.flops = 20 * count, .bytes = 40 * count},

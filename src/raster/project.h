@@ -37,23 +37,28 @@ Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const Set
                        const vk::BufferView& cameras, const ItemViews& items,
                        const vk::BufferView& normals);
 
-/// Records of the blending's backward pass, one per pair.
+/// Records of the blending's backward pass, one per pair: three quads and, with desc.contributions, a
+/// fourth (sum of the weights, number of pixels, 0, 0).
 struct RecordViews {
-    vk::BufferView a, b, c;  ///< [pairs] quads each
-    vk::BufferView begins;   ///< [V*N] uint32: an item's first record, slot_begins of tile_bin
-    vk::BufferView d;        ///< [pairs] 2 float32: sum of the weights, number of pixels; unused
-                             ///< unless desc.contributions
+    /// [pairs,3 or 4] quads. Kernels for CPUs, where bindings are small, have four arrays instead:
+    /// [pairs] quads each, the last [pairs] 2 float32 or unused.
+    std::vector<vk::BufferView> sums;
+    /// [V*N] uint32: an item's first record, slot_begins of tile_bin; behind ItemViews::counts in
+    /// one buffer.
+    vk::BufferView begins;
+
+    [[nodiscard]] bool apart() const { return sums.size() > 1; }
 };
 
 /// Gradients with respect to the projected Gaussians and the cameras.
 struct ProjectionGradients {
-    vk::BufferView exported;      ///< [V*N,3] quads if desc.export_gradients, else one quad
-    vk::BufferView pose_partial;  ///< pose_partial_bytes
+    vk::BufferView exported;      ///< [V*N,3] quads if desc.export_gradients; then pose_partial
+    vk::BufferView pose_partial;  ///< pose_partial_bytes if desc.grad_pose; a part of exported
     vk::BufferView pose;          ///< [V,3] quads: rows of dL/d[R|t], or one quad
     vk::BufferView intrinsics;    ///< [V] quads: dL/d of fx, fy, cx, cy, if desc.grad_intrinsics
 };
 
-std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc& desc);
+std::uint64_t pose_partial_bytes(const vk::DeviceInfo& device, const RasterDesc& desc);
 
 /// Sum the records into gradients of the Gaussians, their colours and the cameras. With
 /// `accumulate`, add them to the values already there.

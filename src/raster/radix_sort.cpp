@@ -26,7 +26,8 @@ struct Plan {
     std::uint32_t least;  ///< lanes that take part even if there are few entries
     std::uint32_t chunk;  ///< entries per lane
     std::uint32_t groups;
-    bool ranged;  ///< sort by the bits in which the keys differ; keys of 32 bits
+    std::uint32_t subgroups;  ///< most in a workgroup; kernels for GPUs only
+    bool ranged;              ///< sort by the bits in which the keys differ; keys of 32 bits
 };
 
 /// How kernels share entries among lanes (or workgroups): the least and the most lanes, the entries
@@ -44,7 +45,7 @@ Sharing sharing_of(vk::Kernels kernels) {
 }
 
 Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
-    const vk::Kernels kernels = recorder.kernels();
+    const vk::Kernels kernels = recorder.kernels(vk::Family::kSort);
     const bool plain = kernels == vk::Kernels::kPlain;
     const bool gpu = kernels == vk::Kernels::kGpu;
     const Sharing sharing = sharing_of(kernels);
@@ -62,6 +63,7 @@ Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     plan.lanes = std::max(std::clamp(wanted, sharing.least, sharing.most), needed);
     plan.least = gpu ? plan.lanes : std::max(sharing.least, needed);
     plan.groups = gpu ? plan.lanes : plan.lanes / plan.group;
+    plan.subgroups = recorder.device().limits.subgroups(plan.group);
     return plan;
 }
 
@@ -133,7 +135,8 @@ Pass pass_of(const Plan& plan, const RadixSortDesc& desc, const Arrays& views, s
             .constants = {{params::kWorkgroupSizeId, plan.group},
                           {params::kRadixSortBitsId, plan.digit_bits},
                           {params::kRadixSortSecondId, desc.second ? 1U : 0U},
-                          {params::kRadixSortRangedId, plan.ranged ? 1U : 0U}},
+                          {params::kRadixSortRangedId, plan.ranged ? 1U : 0U},
+                          {params::kRadixSortMaxSubgroupsId, plan.subgroups}},
             .input = plan.ranged ? views.input : entries,
             .entries = entries,
             .entries_out = views.sides[pass % 2],
@@ -145,7 +148,7 @@ Pass pass_of(const Plan& plan, const RadixSortDesc& desc, const Arrays& views, s
 
 Status count_digits(vk::Recorder& recorder, const Plan& plan, const Arrays& views,
                     const Pass& pass) {
-    const vk::Kernels kernels = recorder.kernels();
+    const vk::Kernels kernels = recorder.kernels(vk::Family::kSort);
     std::vector<vk::Access> accesses = {vk::read(pass.input), vk::read(pass.entries),
                                         vk::read(views.count), vk::read(views.kept),
                                         vk::write(views.table)};
@@ -159,11 +162,12 @@ Status count_digits(vk::Recorder& recorder, const Plan& plan, const Arrays& view
         .accesses = accesses,
         .groups = {plan.groups, 1, 1},
         .work = {.flops = pass.count, .bytes = 8 * pass.count + pass.table},
+        .kernels = kernels,
     });
 }
 
 Status sum_counts(vk::Recorder& recorder, const Plan& plan, const Arrays& views, const Pass& pass) {
-    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const bool cpu = recorder.kernels(vk::Family::kSort) == vk::Kernels::kCpu;
     std::vector<vk::Access> accesses = {vk::read_write(views.table), vk::write(views.totals),
                                         vk::read(views.count), vk::read(views.kept),
                                         vk::read(views.range)};
@@ -178,12 +182,13 @@ Status sum_counts(vk::Recorder& recorder, const Plan& plan, const Arrays& views,
         .accesses = accesses,
         .groups = {cpu ? 1 : ((1U << plan.digit_bits) + plan.group - 1) / plan.group, 1, 1},
         .work = {.flops = pass.table / 4, .bytes = 2 * pass.table},
+        .kernels = recorder.kernels(vk::Family::kSort),
     });
 }
 
 Status move_entries(vk::Recorder& recorder, const Plan& plan, const Arrays& views, const Pass& pass,
                     bool second) {
-    const vk::Kernels kernels = recorder.kernels();
+    const vk::Kernels kernels = recorder.kernels(vk::Family::kSort);
     const bool cpu = kernels == vk::Kernels::kCpu;
     std::vector<vk::Access> accesses = {vk::read(pass.input),
                                         vk::read(pass.entries),
@@ -203,6 +208,7 @@ Status move_entries(vk::Recorder& recorder, const Plan& plan, const Arrays& view
         .accesses = accesses,
         .groups = {cpu ? plan.lanes : plan.groups, 1, 1},
         .work = {.flops = pass.count, .bytes = (second ? 24 : 16) * pass.count + pass.table},
+        .kernels = kernels,
     });
 }
 
@@ -215,7 +221,7 @@ std::uint64_t RadixSortWorkspace::bytes() const {
 
 Result<RadixSortWorkspace> allocate_radix_sort(vk::Context& context, const RadixSortDesc& desc) {
     const vk::Recorder recorder(context);
-    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const bool cpu = recorder.kernels(vk::Family::kSort) == vk::Kernels::kCpu;
     const std::uint64_t table = table_bytes(recorder, desc);
     // Eight lanes of the CPU's spine read a quad each, also where a row has fewer.
     constexpr std::uint64_t kBeyondTable = 7 * 16;

@@ -20,11 +20,12 @@ std::uint32_t RasterDesc::flags() const {
     return flags;
 }
 
-std::uint32_t slice_size(const vk::DeviceInfo& device, const RasterDesc& desc) {
+std::uint32_t slice_size(const vk::DeviceInfo& device, vk::Kernels kernels,
+                         const RasterDesc& desc) {
     // Multiples of 256 Gaussians keep slices aligned and workgroups full.
     const std::uint64_t stride = std::max<std::uint64_t>(3, desc.color_quads()) * 16;
-    const std::uint64_t most =
-        std::min(device.limits.max_storage_buffer_bytes, device.limits.max_texel_elements * 16);
+    std::uint64_t most = device.limits.max_storage_buffer_bytes;
+    if (kernels == vk::Kernels::kCpu) most = std::min(most, device.limits.max_texel_elements * 16);
     return static_cast<std::uint32_t>(
         std::clamp<std::uint64_t>(most / stride / 256 * 256, 256, std::uint64_t{1} << 30));
 }

@@ -59,6 +59,8 @@ struct RasterDesc : gaussians::SetDesc {
     [[nodiscard]] std::uint64_t pixels() const { return std::uint64_t{width} * height * views; }
     [[nodiscard]] std::uint32_t tiles_x() const { return (width + 15) / 16; }
     [[nodiscard]] std::uint32_t tiles_y() const { return (height + 15) / 16; }
+    /// Quads of a record of the backward pass, see RecordViews.
+    [[nodiscard]] std::uint32_t record_quads() const { return contributions ? 4 : 3; }
     /// Words of 32 tiles in a view's mask.
     [[nodiscard]] std::uint64_t mask_words() const {
         return std::uint64_t{(tiles_x() + 31) / 32} * tiles_y();
@@ -66,9 +68,14 @@ struct RasterDesc : gaussians::SetDesc {
     [[nodiscard]] std::uint32_t flags() const;  ///< kFlag... of params/project_params.h
 };
 
-/// Most tiles of a window, all views together: one invocation may walk them all in the backward
+/// Most tiles of a window on CPU devices, all views together: one invocation may walk them all in the backward
 /// pass. A tile takes up to three turns, and lavapipe ends loops after 65535.
 inline constexpr std::uint64_t kMaxWindowTiles = 20000;
+
+/// The same on any device: packed footprints have 16 bits for a tile's key (tile_footprint.glsl).
+inline std::uint64_t max_window_tiles(const vk::DeviceInfo& device) {
+    return device.kind == vk::DeviceKind::kCpu ? kMaxWindowTiles : 0xFFFE;
+}
 
 /// Rows of tiles that one pass covers, in all views.
 struct Window {
@@ -79,6 +86,6 @@ struct Window {
 };
 
 /// Most Gaussians per dispatch, so that no binding of a packed array exceeds the device's limit.
-std::uint32_t slice_size(const vk::DeviceInfo& device, const RasterDesc& desc);
+std::uint32_t slice_size(const vk::DeviceInfo& device, vk::Kernels kernels, const RasterDesc& desc);
 
 }  // namespace splat::raster

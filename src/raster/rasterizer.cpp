@@ -16,15 +16,15 @@ constexpr std::uint64_t kLeastCapacity = 4096;
 /// Smallest workgroup of blending, in invocations.
 constexpr std::uint32_t kLeastWorkgroup = kTileSize * kTileSize;
 
-/// Most Gaussians whose numbers float32 holds.
+/// Most Gaussians, and entries of a list, whose numbers float32 holds.
 constexpr std::uint32_t kMostIds = 1U << 24;
 
 /// Passes of a call before its pairs are known. One pass if there are no views.
-std::uint32_t first_passes(const RasterDesc& desc) {
+std::uint32_t first_passes(const vk::DeviceInfo& device, const RasterDesc& desc) {
     const std::uint64_t row =
         std::max<std::uint64_t>(std::uint64_t{desc.tiles_x()} * desc.views, 1);
     return static_cast<std::uint32_t>(
-        ceil_div(std::uint64_t{desc.tiles_y()}, kMaxWindowTiles / row));
+        ceil_div(std::uint64_t{desc.tiles_y()}, max_window_tiles(device) / row));
 }
 
 }  // namespace
@@ -55,21 +55,32 @@ Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc) {
             "pixel of a tile: use another device",
             limits.max_group_invocations, kLeastWorkgroup);
     const std::uint64_t binding = limits.max_storage_buffer_bytes;
-    if (desc.items() > binding / 48)
+    std::uint64_t most = binding / 48;
+    if (desc.export_gradients && desc.grad_pose)  // in one buffer
+        most = (binding - std::min(binding, pose_partial_bytes(device, desc))) / kPartAlignment *
+               kPartAlignment / 48;
+    if (desc.items() > most)
         return unsupported(
             "rasterizer: %u Gaussians in %u views, but the device takes at most %llu in "
             "all at a time: render fewer views per call, or fewer Gaussians",
-            desc.gaussians, desc.views, llu(binding / 48));
+            desc.gaussians, desc.views, llu(most));
+    // Cameras, backgrounds and masks are texel buffers, see table.glsl.
+    const std::uint64_t texels = std::max<std::uint64_t>(kCameraQuads, desc.mask_words());
+    if (texels * desc.views > limits.max_texel_elements)
+        return unsupported(
+            "rasterizer: %u views of %u x %u pixels, but the device takes at most %llu such views "
+            "at a time: render fewer views per call",
+            desc.views, desc.width, desc.height, llu(limits.max_texel_elements / texels));
     if (desc.pixels() > binding / 16)
         return unsupported(
             "rasterizer: %u views of %u x %u pixels, but the device takes at most %llu "
             "pixels at a time: render fewer views per call, or smaller ones",
             desc.views, desc.width, desc.height, llu(binding / 16));
-    if (std::uint64_t{desc.tiles_x()} * desc.views > kMaxWindowTiles)
+    if (std::uint64_t{desc.tiles_x()} * desc.views > max_window_tiles(device))
         return unsupported(
             "rasterizer: a row of %u tiles in %u views, expected at most %llu in all: "
             "render fewer views per call, or narrower images",
-            desc.tiles_x(), desc.views, llu(kMaxWindowTiles));
+            desc.tiles_x(), desc.views, llu(max_window_tiles(device)));
     return {};
 }
 
@@ -77,7 +88,7 @@ Result<std::unique_ptr<Rasterizer>> Rasterizer::create(vk::Context& context,
                                                        const RasterDesc& desc) {
     std::unique_ptr<Rasterizer> self(new Rasterizer(context, desc));
     SPLAT_TRY(check_desc(context.device().info(), desc));
-    self->passes_ = first_passes(desc);
+    self->passes_ = first_passes(context.device().info(), desc);
     SPLAT_TRY(self->space_.allocate_items(context, desc));
     SPLAT_TRY(self->count_items());
     SPLAT_TRY(self->allocate_first_pairs());
@@ -86,7 +97,7 @@ Result<std::unique_ptr<Rasterizer>> Rasterizer::create(vk::Context& context,
 
 Status Rasterizer::allocate_first_pairs() {
     const std::uint64_t first = std::max(kFirstPairsPerItem * desc_.items(), kLeastCapacity);
-    const std::uint64_t most = Workspace::max_capacity(context_.device().info(), desc_);
+    const std::uint64_t most = Workspace::max_capacity(context_.device(), desc_);
     return space_.allocate_pairs(context_, desc_,
                                  static_cast<std::uint32_t>(std::min(first, most)));
 }
@@ -114,8 +125,10 @@ Status Rasterizer::upload(PackedViews views) {
 Status Rasterizer::run_forward(std::uint64_t& needed, std::uint64_t& all) {
     RasterStats sum{};
     needed = all = 0;
-    for (vk::CommandList& list : forward_) {
-        SPLAT_TRY(context_.run(list));
+    vk::KernelPace& pace = blend_pace(context_, false);
+    for (std::uint32_t pass = 0; pass < forward_.size(); ++pass) {
+        const double factor = pace.factor;
+        SPLAT_TRY(context_.run(forward_[pass]));
         std::array<std::uint32_t, params::kStatWords> words{};
         SPLAT_TRY(context_.read(space_.stats.range(), words.data(), sizeof words));
         sum.visible = std::max<std::uint64_t>(sum.visible, words[params::kStatVisible]);
@@ -126,6 +139,10 @@ Status Rasterizer::run_forward(std::uint64_t& needed, std::uint64_t& all) {
         needed = std::max<std::uint64_t>(needed, words[params::kStatNeeded]);
         if (needed > space_.capacity) return {};  // all passes have to run again
         all += words[params::kStatNeeded];
+        if (words[params::kStatLongest] > entries_) {
+            pace.factor = std::max(pace.factor, factor);  // it left out what takes long
+            SPLAT_TRY(run_parts(pass, words[params::kStatLongest]));
+        }
     }
     sum.culled = now_.items() - sum.visible - sum.non_finite;
     sum.tiles = std::uint64_t{now_.tiles_x()} * now_.tiles_y() * now_.views;
@@ -138,7 +155,7 @@ Status Rasterizer::run_forward(std::uint64_t& needed, std::uint64_t& all) {
 
 /// Passes to go on with if one needs so many pairs.
 std::uint32_t Rasterizer::more_passes(std::uint32_t passes, std::uint64_t needed) const {
-    const std::uint64_t most = Workspace::max_capacity(context_.device().info(), desc_);
+    const std::uint64_t most = Workspace::max_capacity(context_.device(), desc_);
     if (needed <= most) return passes;
     const std::uint64_t more = passes * (ceil_div(needed, most) + 1);
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(more, desc_.tiles_y()));
@@ -148,12 +165,12 @@ std::uint32_t Rasterizer::more_passes(std::uint32_t passes, std::uint64_t needed
 /// rasterizer that has drawn nothing. The pairs of all passes tell it if one step of grow() leads there from one pass;
 /// else every call begins anew.
 bool Rasterizer::could_begin_so(std::uint64_t all) const {
-    const std::uint32_t first = first_passes(now_);
+    const std::uint32_t first = first_passes(context_.device().info(), now_);
     return passes_ == first || (first == 1 && passes_ == more_passes(first, all));
 }
 
 Status Rasterizer::grow(std::uint64_t needed) {
-    const std::uint64_t most = Workspace::max_capacity(context_.device().info(), desc_);
+    const std::uint64_t most = Workspace::max_capacity(context_.device(), desc_);
     forward_.clear();
     backward_.clear();
     if (needed > most) {
@@ -169,29 +186,18 @@ Status Rasterizer::grow(std::uint64_t needed) {
     return space_.allocate_pairs(context_, desc_, static_cast<std::uint32_t>(wanted));
 }
 
-// Most entries of a tile's list that the kernels can walk. Only lavapipe has a limit (65535 turns
-// of a loop; the end of a loop counts as a turn). Turns, forward and backward: plain 66 per 64
-// entries and 1 per entry; for GPUs 34 per entry backward; for CPUs 3 and 10 per 8 entries.
-// Measured with tests/raster/rasterizer_memory_test.cpp: 63551 (backward tried to 63000), 1927;
-// 174760, 52424.
-std::uint64_t Rasterizer::list_limit() const {
-    if (context_.device().info().kind != vk::DeviceKind::kCpu) return ~std::uint64_t{0};
-    const vk::Kernels kernels = context_.device().kernels();
-    const bool fast = kernels == vk::Kernels::kCpu;
-    if (fast) return desc_.backward ? 52000 : 174000;
-    return desc_.backward && kernels == vk::Kernels::kGpu ? 1900 : 63000;
-}
-
 /// Record the lists of a call. On failure the latest call's stay.
 Status Rasterizer::record(const SetViews& scene, const RasterDesc& desc) {
     const RasterDesc before = now_;
-    const std::uint32_t passes_before = passes_;
-    if (desc.gaussians != now_.gaussians || desc.views != now_.views) passes_ = first_passes(desc);
+    const std::uint32_t passes_before = passes_, entries_before = entries_;
+    if (desc.gaussians != now_.gaussians || desc.views != now_.views)
+        passes_ = first_passes(context_.device().info(), desc);
     now_ = desc;
     const Status recorded = record_forward(scene);
     if (recorded.ok()) return {};
     now_ = before;
     passes_ = passes_before;
+    entries_ = entries_before;
     return recorded;
 }
 
@@ -216,7 +222,10 @@ Status Rasterizer::forward(const SetViews& scene, const PackedViews& views) {
     }
     // A failure before the device starts leaves the previous call valid, including its gradient.
     PackedViews values = moved ? views : PackedViews();
-    if (forward_.empty() || resized || !scene.same_memory(scene_)) SPLAT_TRY(record(scene, desc));
+    const std::uint32_t entries = part_entries(context_, false);
+    const bool other_parts = entries != entries_ && stats_.longest > std::min(entries, entries_);
+    if (forward_.empty() || resized || other_parts || !scene.same_memory(scene_))
+        SPLAT_TRY(record(scene, desc));
     scene_ = scene;
     valid_ = false;
     if (counted_ != now_.items()) SPLAT_TRY(count_items());
@@ -232,16 +241,14 @@ Status Rasterizer::forward(const SetViews& scene, const PackedViews& views) {
             break;
         } else {
             began = true;
-            passes_ = first_passes(now_);
+            passes_ = first_passes(context_.device().info(), now_);
             forward_.clear();
             backward_.clear();
         }
     }
-    if (stats_.longest > list_limit())
-        return unsupported(
-            "rasterizer: %llu Gaussians on one tile, but loops on this device end after "
-            "%llu: remove Gaussians of little opacity, or use a GPU",
-            llu(stats_.longest), llu(list_limit()));
+    if (stats_.longest >= kMostIds)
+        return unsupported("rasterizer: %llu Gaussians on one tile, expected fewer than %u",
+                           llu(stats_.longest), kMostIds);
     valid_ = true;
     return {};
 }
@@ -253,13 +260,18 @@ Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferVi
         return invalid("rasterizer: backward needs a forward call that succeeded before it");
     const std::array<vk::BufferView, 4> views = {grad_image, grad_depth, gradients.gaussians,
                                                  gradients.colors};
-    const bool recorded = !backward_.empty() && gradients.sh_degree == backward_degree_ &&
-                          std::equal(views.begin(), views.end(), backward_views_.begin(),
-                                     [](const vk::BufferView& a, const vk::BufferView& b) {
-                                         return a.same_range(b);
-                                     });
+    const std::uint32_t entries = part_entries(context_, true);
+    const bool other_parts =
+        stats_.longest > backward_longest_ ||
+        (entries != backward_entries_ && stats_.longest > std::min(entries, backward_entries_));
+    const bool recorded =
+        !backward_.empty() && !other_parts && gradients.sh_degree == backward_degree_ &&
+        std::equal(
+            views.begin(), views.end(), backward_views_.begin(),
+            [](const vk::BufferView& a, const vk::BufferView& b) { return a.same_range(b); });
     if (!recorded) {
         backward_.clear();
+        backward_entries_ = entries;
         SPLAT_TRY(record_backward(grad_image, grad_depth, gradients));
         backward_views_ = views;
         backward_degree_ = gradients.sh_degree;

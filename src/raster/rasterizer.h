@@ -30,11 +30,11 @@ Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc);
 /// tile_bin, sort by tile, tile_ranges, blend.
 ///
 /// A call is one submit while all pairs fit. If they do not, the arrays grow and the call runs
-/// again; where a binding is full, the image is drawn in groups of tile rows. The result is the
-/// same.
+/// again; where a binding is full, the image is drawn in groups of tile rows. Lists of tiles that
+/// would keep a workgroup busy for long are walked in parts. The result is the same.
 ///
 /// A call may have fewer Gaussians and views than desc(), and smaller views, with the bits of a
-/// rasterizer made for exactly so many of that size (gradients of more tiles than kMaxWindowTiles,
+/// rasterizer made for exactly so many of that size (gradients of more tiles than max_window_tiles(),
 /// which are added pass by pass, up to rounding). Command lists are recorded again when their
 /// numbers change, and between calls with and without smaller views or a mask of tiles.
 class Rasterizer {
@@ -45,8 +45,8 @@ class Rasterizer {
     /// Draw `scene`. `views` comes from pack_views and mask_tiles with this rasterizer's desc; both
     /// may be empty.
     ///
-    /// Errors: kInvalidArgument for more Gaussians than desc(); kUnsupported if a tile's list is
-    /// longer than the device's loops; those of create. If the call fails before the device starts,
+    /// Errors: kInvalidArgument for more Gaussians than desc(); kUnsupported for 2^24 or more
+    /// Gaussians on one tile; those of create. If the call fails before the device starts,
     /// the results of the previous call stay valid.
     Status forward(const SetViews& scene, const PackedViews& views);
 
@@ -84,7 +84,9 @@ class Rasterizer {
     Status record(const SetViews& scene, const RasterDesc& desc);
     Status record_forward(const SetViews& scene);
     Status record_forward_pass(vk::Recorder& recorder, const SetViews& scene, const Window& window);
-    Status record_normals(vk::Recorder& recorder, const SetViews& scene, const Window& window);
+    Status record_blend(vk::Recorder& recorder, const SetViews& scene, const Window& window);
+    /// Blend a pass's lists of more than entries_, of up to `longest`.
+    Status run_parts(std::uint32_t pass, std::uint32_t longest);
     Status record_backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                            const SetViews& gradients);
     /// `needed` is the most pairs of a pass, `all` the pairs of all passes if each fits.
@@ -95,7 +97,6 @@ class Rasterizer {
     [[nodiscard]] TileRanges tile_views() const;
     [[nodiscard]] BlendViews blend_views(const Window& window) const;
     [[nodiscard]] CallViews call_views() const;
-    [[nodiscard]] std::uint64_t list_limit() const;
 
     vk::Context& context_;
     RasterDesc desc_;  ///< capacities
@@ -109,6 +110,14 @@ class Rasterizer {
     std::uint32_t counted_ = 0;             ///< value of the workspace's item count
     std::vector<vk::CommandList> forward_;  ///< one per pass; empty = not recorded
     std::vector<vk::CommandList> backward_;
+    struct Parts {
+        vk::CommandList list;
+        std::uint64_t longest = 0;  ///< list that it walks to the end
+    };
+    std::vector<Parts> parts_;            ///< each pass's of forward_, where lists are longer than entries_
+    std::uint32_t entries_ = 0;           ///< length of a part in forward_
+    std::uint32_t backward_entries_ = 0;  ///< length of a part in backward_
+    std::uint64_t backward_longest_ = 0;  ///< list that backward_ walks to the end
     std::array<vk::BufferView, 4> backward_views_;
     std::uint32_t backward_degree_ = 0;
 };

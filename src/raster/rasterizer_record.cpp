@@ -46,13 +46,13 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SetViews& s
                          space_.item_sort));
     SPLAT_TRY(tile_bin(recorder, now_, {space_.capacity, window},
                        {.splats = space_.splats.range(),
-                        .counts = space_.counts.range(),
+                        .counts = space_.items().counts,
                         .footprints = space_.footprints.range(),
                         .order = order,
                         .sorted = space_.sorted.range(),
                         .sums = space_.sums.range(),
                         .begins = space_.begins.range(),
-                        .slot_begins = space_.slot_begins.range(),
+                        .slot_begins = space_.slot_begins(),
                         .pairs = space_.pairs.entries[1].range(),
                         .slots = space_.pairs.slots[1].range(),
                         .large = space_.large.range(),
@@ -71,27 +71,52 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SetViews& s
     const std::uint32_t side = radix_sort_side(recorder, by_tile);
     SPLAT_TRY(tile_ranges(recorder, now_, window, space_.pairs.entries[side].range(),
                           space_.kept_pairs.range(), tile_views()));
-    SPLAT_TRY(blend_forward(recorder, now_, window, blend_views(window), space_.capacity));
-    return record_normals(recorder, scene, window);
+    return record_blend(recorder, scene, window);
 }
 
-Status Rasterizer::record_normals(vk::Recorder& recorder, const SetViews& scene,
-                                  const Window& window) {
+Status Rasterizer::record_blend(vk::Recorder& recorder, const SetViews& scene,
+                                const Window& window) {
+    const std::uint64_t pairs = now_.items() > 0 ? space_.capacity : 0;
+    BlendViews views = blend_views(window);
+    SPLAT_TRY(blend_forward(recorder, now_, window, views, pairs, false, {entries_}));
     if (!now_.normals) return {};
     if (now_.items() == 0) return recorder.fill(space_.normal_image.range(), 0);
     SPLAT_TRY(project_normals(recorder, now_, scene, space_.cameras.range(), space_.items(),
                               space_.normals.range()));
-    BlendViews views = blend_views(window);
     views.image = space_.normal_image.range();
-    return blend_forward(recorder, now_, window, views, space_.capacity, true);
+    return blend_forward(recorder, now_, window, views, pairs, true, {entries_});
+}
+
+Status Rasterizer::run_parts(std::uint32_t pass, std::uint32_t longest) {
+    parts_.resize(forward_.size());
+    Parts& parts = parts_[pass];
+    if (longest > parts.longest) {
+        parts = {};
+        const Window window = pass_window(now_, pass, passes_);
+        BlendViews views = blend_views(window);
+        vk::Recorder recorder(context_);
+        recorder.bounds = true;
+        for (const bool normals : {false, true}) {
+            if (normals && !now_.normals) continue;
+            if (normals) views.image = space_.normal_image.range();
+            for (std::uint64_t begin = 0; begin < longest; begin += entries_)
+                SPLAT_TRY(blend_forward(recorder, now_, window, views, space_.capacity, normals,
+                                        {entries_, true, static_cast<std::uint32_t>(begin)}));
+        }
+        SPLAT_ASSIGN(parts.list, recorder.finish());
+        parts.longest = round_up(longest, entries_);
+    }
+    return context_.run(parts.list);
 }
 
 Status Rasterizer::record_forward(const SetViews& scene) {
     if (space_.capacity == 0) SPLAT_TRY(allocate_first_pairs());  // growing failed
+    entries_ = part_entries(context_, false);
     std::vector<vk::CommandList> lists;
     for (std::uint32_t pass = 0; pass < passes_; ++pass) {
         const Window window = pass_window(now_, pass, passes_);
         vk::Recorder recorder(context_);
+        recorder.bounds = true;
         if (now_.views == 0) {
             SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
         } else if (now_.items() > 0) {
@@ -101,32 +126,42 @@ Status Rasterizer::record_forward(const SetViews& scene) {
             SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
             SPLAT_TRY(tile_ranges(recorder, now_, window, space_.pairs.entries[0].range(),
                                   space_.kept_pairs.range(), tile_views()));
-            SPLAT_TRY(blend_forward(recorder, now_, window, blend_views(window), 0));
-            SPLAT_TRY(record_normals(recorder, scene, window));
+            SPLAT_TRY(record_blend(recorder, scene, window));
         }
         SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
         SPLAT_TRY(context_.make_ready(list));
         lists.push_back(std::move(list));
     }
     forward_ = std::move(lists);
+    parts_.clear();
     backward_.clear();
     return {};
 }
 
 Status Rasterizer::record_backward(const vk::BufferView& grad_image,
                                    const vk::BufferView& grad_depth, const SetViews& gradients) {
+    backward_longest_ = round_up(std::max<std::uint64_t>(stats_.longest, 1), backward_entries_);
     std::vector<vk::CommandList> lists;
     for (std::uint32_t pass = 0; pass < passes_; ++pass) {
         const Window window = pass_window(now_, pass, passes_);
         vk::Recorder recorder(context_);
+        recorder.bounds = true;
+        const auto blend_back = [&](const ListPart& part, std::uint64_t pairs) {
+            return blend_backward(recorder, now_, window, blend_views(window), grad_image,
+                                  grad_depth, space_.records(), pairs, part);
+        };
         if (now_.items() > 0) {
-            SPLAT_TRY(blend_backward(recorder, now_, window, blend_views(window), grad_image,
-                                     grad_depth, space_.records(), space_.capacity));
+            const bool whole = backward_longest_ == backward_entries_;
+            SPLAT_TRY(blend_back({backward_entries_},
+                                 whole ? space_.capacity : stats_.pairs - stats_.longest));
+            for (std::uint64_t begin = whole ? 0 : backward_longest_; begin > 0;) {
+                begin -= backward_entries_;
+                SPLAT_TRY(blend_back({backward_entries_, true, static_cast<std::uint32_t>(begin)},
+                                     space_.capacity));
+            }
             SPLAT_TRY(project_backward(recorder, now_, scene_, space_.cameras.range(),
                                        space_.items(), space_.records(), gradients,
-                                       {space_.exported.range(), space_.pose_partial.range(),
-                                        space_.pose.range(), space_.intrinsics.range()},
-                                       pass > 0));
+                                       space_.projection(), pass > 0));
             if (now_.contributions)
                 SPLAT_TRY(sum_contributions(recorder, now_, space_.items(), space_.records(),
                                             space_.contributions.range(), pass > 0));

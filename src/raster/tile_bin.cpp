@@ -19,11 +19,10 @@ constexpr std::uint32_t kMaxOrderedTiles = 512;
 /// its loops after 65535 turns in all. Reading the sums takes one turn per 16 chunks, of which
 /// there are at most 32768 (a power of two below 65536 workgroups). 8 entries take one turn, one
 /// more per tile of their largest packed footprint (6 by 15 tiles,
-/// shaders/include/tile_footprint.glsl), and one more if the chunk has larger ones.
+/// shaders/include/raster/tile_footprint.glsl), and one more if the chunk has larger ones.
 constexpr std::uint64_t kMaxChunks = 32768;
 constexpr std::uint64_t kMaxChunk = (65535 - kMaxChunks / 16) / (2 + 6 * 15) * 8;
 static_assert(kMaxSorted <= kMaxChunks * kMaxChunk);
-static_assert(kMaxWindowTiles < 0xFFFF, "a packed footprint has 16 bits for a tile's key");
 
 std::uint32_t tiles_of(const RasterDesc& desc, const Window& window) {
     return desc.tiles_x() * window.rows() * desc.views;
@@ -47,7 +46,7 @@ params::TileBinParams params_of(const vk::Recorder& recorder, const RasterDesc& 
 /// there, but no more than kMaxWindowTiles allows if each covers the whole window.
 std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
                           const Window& window) {
-    if (recorder.kernels() != vk::Kernels::kCpu) return 1;
+    if (recorder.kernels(vk::Family::kSort) != vk::Kernels::kCpu) return 1;
     const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * window.rows();
     return std::clamp<std::uint64_t>(kMaxWindowTiles / tiles, 1, 128);
 }
@@ -57,7 +56,7 @@ std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
 /// `emit` decides.
 Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
                    const TileBinViews& views, bool by_index) {
-    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const bool cpu = recorder.kernels(vk::Family::kSort) == vk::Kernels::kCpu;
     const std::uint32_t group = vk::workgroup_size(recorder.device(), 8);
     const vk::Groups groups = {params.lanes / group, 1, 1};
     const std::vector<vk::SpecConstant> constants = {
@@ -74,6 +73,7 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
         .accesses = accesses,
         .groups = cpu ? vk::Groups{params.lanes, 1, 1} : groups,
         .work = {.flops = items, .bytes = (by_index ? 4 : 16) * items},
+        .kernels = recorder.kernels(vk::Family::kSort),
     }));
     if (cpu && !by_index) return {};
     SPLAT_TRY(recorder.dispatch({
@@ -101,24 +101,21 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
 /// Write the pairs of all packed footprints.
 Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParams params,
             const TileBinViews& views) {
-    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const bool cpu = recorder.kernels(vk::Family::kSort) == vk::Kernels::kCpu;
     const std::uint32_t group = vk::workgroup_size(recorder.device(), cpu ? 8 : kBinGroup);
     const vk::Groups groups = cpu ? vk::Groups{params.lanes, 1, 1}
                                   : vk::groups_for(recorder.device(), desc.items(), group);
     params.groups_x = groups[0];
     const auto items = static_cast<double>(desc.items());
     std::vector<vk::Access> accesses = {
-        vk::read(views.order),
-        vk::read(cpu ? views.sums : views.begins),
-        vk::read(views.slot_begins),
-        vk::read(views.sorted),
-        cpu ? vk::write(views.pair_count) : vk::read(views.pair_count),
-        vk::read(views.footprints),
-        vk::write(views.pairs),
-        vk::write(views.slots),
-        vk::write(views.large)};
-    if (cpu) accesses.push_back(vk::write(views.begins));
-    accesses.push_back(vk::read_write(views.stats));
+        vk::read(views.order),       vk::read(cpu ? views.sums : views.begins),
+        vk::read(views.slot_begins), vk::read(views.footprints),
+        vk::write(views.pairs),      vk::write(views.slots),
+        vk::write(views.large),      vk::read_write(views.stats)};
+    if (cpu) {
+        accesses.push_back(vk::read(views.sorted));
+        accesses.push_back(vk::write(views.pair_count));
+    }
     return recorder.dispatch({
         .op = "tile_bin",
         .shader = "tile_bin_emit",
@@ -128,6 +125,7 @@ Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParam
         .accesses = accesses,
         .groups = groups,
         .work = {.flops = 200 * items, .bytes = 32 * items + 12.0 * params.capacity},
+        .kernels = recorder.kernels(vk::Family::kSort),
     });
 }
 
@@ -136,7 +134,7 @@ Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParam
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc) {
     // Chunks have 64 entries or more, so that one invocation can scan their sums; on CPU devices,
     // where each is a workgroup, 256 or more.
-    const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
+    const bool cpu = recorder.kernels(vk::Family::kSort) == vk::Kernels::kCpu;
     const auto items = static_cast<std::uint32_t>(std::max<std::uint64_t>(desc.items(), 1));
     const auto least = std::bit_ceil(static_cast<std::uint32_t>(
         ceil_div(std::uint64_t{items}, cpu ? kMaxChunk : vk::kMaxTurns)));
@@ -169,10 +167,9 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
                       {params::kTileBinSlotsId, desc.backward ? 1U : 0U},
                       {params::kProjectFlagsId, desc.flags()}},
         .push = params,
-        .accesses = {vk::read(views.splats), vk::read(views.order), vk::read(views.begins),
-                     vk::read(views.slot_begins), vk::read(views.large), vk::read(views.stats),
-                     vk::read(views.footprints), vk::write(views.counts), vk::write(views.pairs),
-                     vk::write(views.slots), vk::read(views.background),
+        .accesses = {vk::read(views.splats), vk::read(views.large), vk::read(views.slot_begins),
+                     vk::read(views.stats), vk::read(views.footprints), vk::write(views.counts),
+                     vk::write(views.pairs), vk::write(views.slots), vk::read(views.background),
                      vk::read(views.active_tiles)},
         .groups = large_groups,
         .work = {.flops = 20 * items, .bytes = 12.0 * bin.capacity},
@@ -181,7 +178,8 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
 
 bool tile_order_used(const vk::Recorder& recorder, const RasterDesc& desc, const Window& window) {
     const std::uint32_t most = vk::workgroup_size(recorder.device(), kMaxOrderedTiles);
-    return recorder.kernels() == vk::Kernels::kCpu && tiles_of(desc, window) <= most;
+    return recorder.kernels(vk::Family::kSort) == vk::Kernels::kCpu &&
+           tiles_of(desc, window) <= most;
 }
 
 Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
@@ -198,6 +196,7 @@ Status tile_ranges(vk::Recorder& recorder, const RasterDesc& desc, const Window&
             .accesses = {vk::read(pairs), vk::read(sorted), vk::write(to.ranges),
                          vk::read_write(to.stats), vk::write(to.order)},
             .work = {.flops = 100 * tiles + 10 * tiles * tiles, .bytes = 200 * tiles},
+            .kernels = vk::Kernels::kCpu,
         });
     const std::uint32_t group = vk::workgroup_size(recorder.device(), kBinGroup);
     const vk::Groups groups = vk::groups_for(recorder.device(), params.tiles, group);

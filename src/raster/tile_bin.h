@@ -15,18 +15,18 @@ struct TileBinViews {
     vk::BufferView splats;  ///< output of project_forward
     vk::BufferView counts;
     vk::BufferView footprints;
-    vk::BufferView order;   ///< [V*N,2] uint32: depth, item; by depth
-    vk::BufferView sorted;  ///< uint32: their number
-    vk::BufferView sums;    ///< tile_bin_lanes uint32, workspace
-    vk::BufferView begins;  ///< [V*N] uint32, workspace: first pair of each entry of `order`; on
-                            ///< CPU devices only where the footprint is large
+    vk::BufferView order;        ///< [V*N,2] uint32: depth, item; by depth
+    vk::BufferView sorted;       ///< uint32: their number
+    vk::BufferView sums;         ///< tile_bin_lanes uint32, workspace
+    vk::BufferView begins;       ///< [V*N] uint32, workspace: first pair of each entry of `order`;
+                                 ///< unused by kernels for CPUs
     vk::BufferView slot_begins;  ///< [V*N] uint32, out with desc.backward: first record
     vk::BufferView pairs;        ///< [capacity,2] uint32, out: tile, item
     vk::BufferView slots;        ///< [capacity] uint32, out with desc.backward: record
-    vk::BufferView large;  ///< [V*N] uint32, workspace: counts by depth (not on CPU devices), then
-                           ///< entries with large footprints
-    vk::BufferView pair_count;  ///< uint32, out: pairs made
-    vk::BufferView stats;       ///< kStatWords uint32, in place: kStatLarge is 0 before
+    vk::BufferView large;        ///< [V*N,2] uint32, workspace: counts by depth (not by kernels for
+                                 ///< CPUs), then items with large footprints and their first pairs
+    vk::BufferView pair_count;   ///< uint32, out: pairs made
+    vk::BufferView stats;        ///< kStatWords uint32, in place: kStatLarge is 0 before
     vk::BufferView background, active_tiles;  ///< see CallViews
 };
 
@@ -41,7 +41,7 @@ std::uint32_t tile_key_bits(const RasterDesc& desc, const Window& window);
 ///
 /// Errors       the recorder's
 /// Determinism  bit-exact for any thread count
-/// Source       shaders/include/tile_footprint.glsl
+/// Source       shaders/include/raster/tile_footprint.glsl
 Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDesc& bin,
                 const TileBinViews& views);
 

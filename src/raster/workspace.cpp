@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/checked_math.h"
 #include "params/tile_bin_params.h"
 
 namespace splat::raster {
@@ -37,15 +38,19 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
     const std::uint64_t items = std::max<std::uint64_t>(desc.items(), 1);
     const std::uint64_t sorted_items = 8 * radix_sort_entries(items);
     const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * desc.tiles_y() * desc.views;
+    const bool cpu = recorder.kernels(vk::Family::kSort) == vk::Kernels::kCpu;
+    first_records_ = round_up(4 * items, kPartAlignment);
+    const std::uint64_t image_gradients = desc.export_gradients ? 48 * items : 0;
+    poses_ = desc.grad_pose ? round_up(image_gradients, kPartAlignment) : 0;
     SPLAT_ASSIGN(
         item_bytes_,
         allocate(context, {{&splats, "splats", 48 * items},
-                           {&counts, "tile counts", 4 * items},
+                           {&counts, "tile counts and first records",
+                            first_records_ + (desc.backward ? 4 * items : 16)},
                            {&radii, "radii", 8 * items},
                            {&footprints, "footprints", 8 * items},
-                           {&begins, "first pairs", 4 * items},
-                           {&slot_begins, "first records", desc.backward ? 4 * items : 16},
-                           {&large, "large footprints", 4 * items},
+                           {&begins, "first pairs", cpu ? 16 : 4 * items},
+                           {&large, "large footprints", 8 * items},
                            {&cameras, "cameras", std::uint64_t{16} * kCameraQuads * desc.views},
                            {&background, "background", 16 + std::uint64_t{16} * desc.views},
                            {&active_tiles, "active tiles", 4 * desc.mask_words() * desc.views},
@@ -65,8 +70,9 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&extra, "depth image", desc.extra ? 16 * desc.pixels() : 16},
                            {&normals, "normals", desc.normals ? 16 * items : 16},
                            {&normal_image, "normal image", desc.normals ? 16 * desc.pixels() : 16},
-                           {&exported, "image gradients", desc.export_gradients ? 48 * items : 16},
-                           {&pose_partial, "pose sums", pose_partial_bytes(recorder, desc)},
+                           {&exported, "image gradients and pose sums",
+                            desc.grad_pose ? poses_ + pose_partial_bytes(recorder.device(), desc)
+                                           : std::max<std::uint64_t>(image_gradients, 16)},
                            {&pose, "pose gradient", std::uint64_t{48} * desc.views},
                            {&intrinsics, "intrinsics gradient", std::uint64_t{16} * desc.views},
                            {&contributions, "contributions",
@@ -85,17 +91,18 @@ Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
     Pairs fresh;
     const std::uint64_t entries = 8 * radix_sort_entries(wanted);
     const std::uint64_t slots = desc.backward ? std::uint64_t{4} * wanted : 16;
-    const std::uint64_t record = desc.backward ? std::uint64_t{16} * wanted : 16;
-    SPLAT_ASSIGN(const std::uint64_t bytes,
-                 allocate(context, {{&fresh.entries[0], "pairs", entries},
-                                    {&fresh.entries[1], "pairs", entries},
-                                    {&fresh.slots[0], "record slots", slots},
-                                    {&fresh.slots[1], "record slots", slots},
-                                    {&fresh.record_a, "gradient records", record},
-                                    {&fresh.record_b, "gradient records", record},
-                                    {&fresh.record_c, "gradient records", record},
-                                    {&fresh.record_d, "weight records",
-                                     desc.contributions ? std::uint64_t{8} * wanted : 16}}));
+    std::vector<Wanted> list = {{&fresh.entries[0], "pairs", entries},
+                                {&fresh.entries[1], "pairs", entries},
+                                {&fresh.slots[0], "record slots", slots},
+                                {&fresh.slots[1], "record slots", slots}};
+    std::vector<std::uint32_t> bytes_each = {16 * desc.record_quads()};
+    if (context.device().kernels(vk::Family::kBlend) == vk::Kernels::kCpu)
+        bytes_each = {16, 16, 16, desc.contributions ? 8U : 0U};
+    fresh.records.resize(bytes_each.size());
+    for (std::size_t i = 0; i < bytes_each.size(); ++i)
+        list.push_back({&fresh.records[i], "gradient records",
+                        desc.backward ? std::uint64_t{bytes_each[i]} * wanted : 0});
+    SPLAT_ASSIGN(const std::uint64_t bytes, allocate(context, list));
     // Keys of a smaller window have fewer bits.
     SPLAT_ASSIGN(fresh.sort,
                  allocate_radix_sort(context, {.capacity = wanted,
@@ -107,12 +114,14 @@ Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
     return {};
 }
 
-std::uint32_t Workspace::max_capacity(const vk::DeviceInfo& device, const RasterDesc& desc) {
-    const std::uint64_t element = desc.backward ? 16 : 8;
-    return static_cast<std::uint32_t>(
-        std::min({device.limits.max_storage_buffer_bytes / element,
-                  device.limits.max_texel_elements / 2, std::uint64_t{kMaxSorted}}) /
-        4 * 4);  // see radix_sort_entries()
+std::uint32_t Workspace::max_capacity(const vk::Device& device, const RasterDesc& desc) {
+    const vk::DeviceLimits& limits = device.info().limits;
+    const bool cpu = device.kernels(vk::Family::kBlend) == vk::Kernels::kCpu;
+    const std::uint64_t element = !desc.backward ? 8 : cpu ? 16 : 16 * desc.record_quads();
+    std::uint64_t most =
+        std::min<std::uint64_t>(limits.max_storage_buffer_bytes / element, kMaxSorted);
+    if (cpu) most = std::min(most, limits.max_texel_elements / 2);
+    return static_cast<std::uint32_t>(most / 4 * 4);  // see radix_sort_entries()
 }
 
 }  // namespace splat::raster

@@ -7,6 +7,9 @@
 
 namespace splat::raster {
 
+/// A second part of a buffer begins at a multiple of so many bytes, which satisfies every alignment of bindings.
+inline constexpr std::uint64_t kPartAlignment = 256;
+
 /// Device memory of one Rasterizer. Item arrays have a fixed size, pair arrays grow.
 class Workspace {
   public:
@@ -21,37 +24,46 @@ class Workspace {
     [[nodiscard]] std::uint64_t bytes() const { return item_bytes_ + pair_bytes_; }
 
     /// Most pairs for which each array fits one binding.
-    static std::uint32_t max_capacity(const vk::DeviceInfo& device, const RasterDesc& desc);
+    static std::uint32_t max_capacity(const vk::Device& device, const RasterDesc& desc);
 
     std::uint32_t capacity = 0;
 
-    vk::Buffer splats, counts, radii, footprints, begins, slot_begins, large, cameras, background,
-        active_tiles;
+    vk::Buffer splats, counts, radii, footprints, begins, large, cameras, background, active_tiles;
     vk::Buffer item_keys, item_order[2], item_count, sorted, sums, stats, pair_count, kept_pairs;
-    vk::Buffer ranges, order, image, state, extra, normals, normal_image, exported, pose_partial,
-        pose, intrinsics, contributions;
+    vk::Buffer ranges, order, image, state, extra, normals, normal_image, exported, pose,
+        intrinsics, contributions;
     RadixSortWorkspace item_sort;
     struct Pairs {
         vk::Buffer entries[2], slots[2];
         RadixSortWorkspace sort;
-        vk::Buffer record_a, record_b, record_c, record_d;
+        std::vector<vk::Buffer> records;  ///< see RecordViews
     };
     Pairs pairs;
 
     [[nodiscard]] ItemViews items() const {
         return {.splats = splats.range(),
-                .counts = counts.range(),
+                .counts = counts.range().part(0, first_records_),
                 .keys = item_keys.range(),
                 .radii = radii.range(),
                 .footprints = footprints.range(),
                 .stats = stats.range()};
     }
+    [[nodiscard]] vk::BufferView slot_begins() const {
+        return counts.range().part(first_records_, counts.bytes() - first_records_);
+    }
     [[nodiscard]] RecordViews records() const {
-        return {pairs.record_a.range(), pairs.record_b.range(), pairs.record_c.range(),
-                slot_begins.range(), pairs.record_d.range()};
+        RecordViews views{.sums = {}, .begins = slot_begins()};
+        for (const vk::Buffer& buffer : pairs.records) views.sums.push_back(buffer.range());
+        return views;
+    }
+    [[nodiscard]] ProjectionGradients projection() const {
+        return {exported.range(), exported.range().part(poses_, exported.bytes() - poses_),
+                pose.range(), intrinsics.range()};
     }
 
   private:
+    std::uint64_t first_records_ = 0;  ///< bytes of `counts` before slot_begins
+    std::uint64_t poses_ = 0;          ///< bytes of `exported` before sums of poses
     std::uint64_t item_bytes_ = 0;
     std::uint64_t pair_bytes_ = 0;
 };

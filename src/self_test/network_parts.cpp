@@ -11,16 +11,34 @@
 namespace splat::self_test {
 namespace {
 
-/// A 3 x 3 convolution of 12 x 10 pixels, 12 channels to 20, and its gradients, by the definition.
+/// A convolution with `r` x `r` taps of h x w pixels, c channels to k, and its gradients, by the definition.
 struct Convolution {
-    static constexpr std::size_t kC = 12, kK = 20, kH = 10, kW = 12, kP = kH * kW;
-    ops::Conv2dDesc desc{1, kC, kH, kW, kK, 3, true, 1, 2};  // F(2x2): exact for integers
-    Floats x = integers(kC * kP, 7), weight = integers(kK * kC * 9, 8), bias = integers(kK, 9);
-    Floats grad_y = integers(kK * kP, 10);
+    std::size_t c, k, h, w, r;
+    int winograd;  ///< F(2x2), which is exact for integers; 0: directly
 
-    ref::Conv2dInput<double> reference{{1, kC, kH, kW, kK, 3}, 1,          wide(x),
-                                       wide(weight),           wide(bias), {}};
+    [[nodiscard]] std::size_t p() const { return h * w; }
+    ops::Conv2dDesc desc{1,
+                         static_cast<std::uint32_t>(c),
+                         static_cast<std::uint32_t>(h),
+                         static_cast<std::uint32_t>(w),
+                         static_cast<std::uint32_t>(k),
+                         static_cast<std::uint32_t>(r),
+                         true,
+                         1,
+                         winograd};
+    Floats x = integers(c * p(), 7), weight = integers(k * c * r * r, 8), bias = integers(k, 9);
+    Floats grad_y = integers(k * p(), 10);
+
+    ref::Conv2dInput<double> reference{{1, c, h, w, k, r}, 1,          wide(x),
+                                       wide(weight),       wide(bias), {}};
 };
+
+/// Odd sizes, and such as fill tiles of 64 channels.
+constexpr struct {
+    std::size_t c, k, h, w, r;
+    int winograd;
+} kConvolutions[] = {
+    {12, 20, 10, 12, 3, 2}, {64, 64, 5, 8, 3, 2}, {64, 64, 5, 8, 3, 0}, {64, 64, 5, 8, 1, 0}};
 
 Result<vk::BufferView> prepared_weight(Trial& trial, const Convolution& of, bool transposed) {
     SPLAT_ASSIGN(const vk::BufferView weight, trial.put(of.weight));
@@ -89,45 +107,53 @@ Result<double> linear_error(vk::Context& context) {
 }
 
 Result<double> convolution_error(vk::Context& context) {
-    using C = Convolution;
-    const C of;
-    const Doubles expected = ref::conv2d_forward(of.reference).value;
-    Trial trial(context);
-    SPLAT_ASSIGN(const vk::BufferView x, trial.put(to_quads(of.x, C::kC, C::kP)));
-    SPLAT_ASSIGN(const vk::BufferView weight, prepared_weight(trial, of, false));
-    SPLAT_ASSIGN(const vk::BufferView bias, trial.put(of.bias));
-    SPLAT_ASSIGN(const vk::BufferView y, trial.room(expected.size() * 4));
-    SPLAT_ASSIGN(const vk::BufferView space,
-                 trial.room(ops::conv2d_forward_bytes(trial.recorder(), of.desc)));
-    SPLAT_TRY(ops::conv2d_forward(trial.recorder(), of.desc, x, weight, bias, {}, y, space));
-    SPLAT_TRY(trial.run());
-    return trial.error(y, C::kK, C::kP, expected);
+    double most = 0;
+    for (const auto& [c, k, h, w, r, winograd] : kConvolutions) {
+        const Convolution of{c, k, h, w, r, winograd};
+        const Doubles expected = ref::conv2d_forward(of.reference).value;
+        Trial trial(context);
+        SPLAT_ASSIGN(const vk::BufferView x, trial.put(to_quads(of.x, c, of.p())));
+        SPLAT_ASSIGN(const vk::BufferView weight, prepared_weight(trial, of, false));
+        SPLAT_ASSIGN(const vk::BufferView bias, trial.put(of.bias));
+        SPLAT_ASSIGN(const vk::BufferView y, trial.room(expected.size() * 4));
+        SPLAT_ASSIGN(const vk::BufferView space,
+                     trial.room(ops::conv2d_forward_bytes(trial.recorder(), of.desc)));
+        SPLAT_TRY(ops::conv2d_forward(trial.recorder(), of.desc, x, weight, bias, {}, y, space));
+        SPLAT_TRY(trial.run());
+        SPLAT_ASSIGN(const double error, trial.error(y, k, of.p(), expected));
+        most = std::max(most, error);
+    }
+    return most;
 }
 
 Result<double> convolution_gradient_error(vk::Context& context) {
-    using C = Convolution;
-    const C of;
-    const auto expected = ref::conv2d_backward(of.reference, wide(of.grad_y));
-    const Doubles& by_x = expected.grad_x.value;
-    const Doubles& by_weight = expected.grad_weight.value;
-    Trial trial(context);
-    SPLAT_ASSIGN(const vk::BufferView x, trial.put(to_quads(of.x, C::kC, C::kP)));
-    SPLAT_ASSIGN(const vk::BufferView grad_y, trial.put(to_quads(of.grad_y, C::kK, C::kP)));
-    SPLAT_ASSIGN(const vk::BufferView weight, prepared_weight(trial, of, true));
-    SPLAT_ASSIGN(const vk::BufferView grad_x, trial.room(by_x.size() * 4));
-    SPLAT_ASSIGN(const vk::BufferView grad_weight, trial.room(by_weight.size() * 4));
-    SPLAT_ASSIGN(
-        const vk::BufferView space,
-        trial.room(std::max(ops::conv2d_backward_input_bytes(trial.recorder(), of.desc),
-                            ops::conv2d_backward_weight_bytes(trial.recorder(), of.desc))));
-    SPLAT_TRY(ops::conv2d_backward_begin(trial.recorder(), of.desc, grad_y, space));
-    SPLAT_TRY(ops::conv2d_backward_input(trial.recorder(), of.desc, weight, grad_y, grad_x, space));
-    SPLAT_TRY(ops::conv2d_backward_weight(trial.recorder(), of.desc, x, grad_y, grad_weight, space,
-                                          false));
-    SPLAT_TRY(trial.run());
-    SPLAT_ASSIGN(const double error, trial.error(grad_x, C::kC, C::kP, by_x));
-    SPLAT_ASSIGN(const Floats got, trial.get(grad_weight, by_weight.size()));
-    return std::max(error, distance(got, by_weight));
+    double most = 0;
+    for (const auto& [c, k, h, w, r, winograd] : kConvolutions) {
+        const Convolution of{c, k, h, w, r, winograd};
+        const auto expected = ref::conv2d_backward(of.reference, wide(of.grad_y));
+        const Doubles& by_x = expected.grad_x.value;
+        const Doubles& by_weight = expected.grad_weight.value;
+        Trial trial(context);
+        SPLAT_ASSIGN(const vk::BufferView x, trial.put(to_quads(of.x, c, of.p())));
+        SPLAT_ASSIGN(const vk::BufferView grad_y, trial.put(to_quads(of.grad_y, k, of.p())));
+        SPLAT_ASSIGN(const vk::BufferView weight, prepared_weight(trial, of, true));
+        SPLAT_ASSIGN(const vk::BufferView grad_x, trial.room(by_x.size() * 4));
+        SPLAT_ASSIGN(const vk::BufferView grad_weight, trial.room(by_weight.size() * 4));
+        SPLAT_ASSIGN(
+            const vk::BufferView space,
+            trial.room(std::max(ops::conv2d_backward_input_bytes(trial.recorder(), of.desc),
+                                ops::conv2d_backward_weight_bytes(trial.recorder(), of.desc))));
+        SPLAT_TRY(ops::conv2d_backward_begin(trial.recorder(), of.desc, grad_y, space));
+        SPLAT_TRY(
+            ops::conv2d_backward_input(trial.recorder(), of.desc, weight, grad_y, grad_x, space));
+        SPLAT_TRY(ops::conv2d_backward_weight(trial.recorder(), of.desc, x, grad_y, grad_weight,
+                                              space, false));
+        SPLAT_TRY(trial.run());
+        SPLAT_ASSIGN(const double error, trial.error(grad_x, c, of.p(), by_x));
+        SPLAT_ASSIGN(const Floats got, trial.get(grad_weight, by_weight.size()));
+        most = std::max({most, error, distance(got, by_weight)});
+    }
+    return most;
 }
 
 Result<double> group_norm_error(vk::Context& context) {

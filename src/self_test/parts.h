@@ -22,8 +22,11 @@ Result<double> group_norm_error(vk::Context& context);
 Result<double> group_norm_gradient_error(vk::Context& context);
 Result<double> attention_error(vk::Context& context);
 Result<double> attention_gradient_error(vk::Context& context);
+Result<double> sort_error(vk::Context& context);    ///< entries in a wrong place
 Result<double> raster_error(vk::Context& context);  ///< includes a pixel at the threshold of 1/255
 Result<double> raster_gradient_error(vk::Context& context);
+Result<double> raster_list_error(vk::Context& context);  ///< longer than a batch of blending
+Result<double> raster_list_gradient_error(vk::Context& context);
 
 /// Small integers in an order without pattern, so that sums of their products are exact.
 Floats integers(std::size_t count, std::uint32_t seed);

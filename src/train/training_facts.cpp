@@ -33,7 +33,7 @@ void add_device(JsonWriter& json, const vk::Device& device) {
     json.member("device_id", format("0x%04x", info.device_id));
     json.member("driver_version", info.driver_version).member("uuid", uuid);
     json.member("usable", info.usable()).member("reason", info.reason);
-    json.member("kernels", vk::kernels_name(device.kernels()));
+    json.member("kernels", vk::kernels_text(device.all_kernels()));
     json.newline(4).member("heap_bytes", info.limits.heap_bytes);
     json.member("max_allocation_bytes", info.limits.max_allocation_bytes);
     json.member("max_storage_buffer_bytes", info.limits.max_storage_buffer_bytes);

@@ -74,7 +74,8 @@ struct Dispatch {
     Work work;
     /// Declared aliasing: an input and an output may be the same range, not merely overlap.
     bool may_alias = false;
-    /// Instead of the device's: where its kernels do not fit the shapes or need a missing feature.
+    /// Instead of those for networks: of another family, or where a kernel does not fit the shapes or needs a missing
+    /// feature.
     std::optional<Kernels> kernels = {};
 };
 
@@ -88,13 +89,22 @@ struct Command {
     Pipeline* pipeline = nullptr;
     const char* shader = "";  ///< name of the module
     PushData push;
-    Groups base{0, 0, 0};
     Groups groups{1, 1, 1};
     std::uint32_t fill_word = 0;
     VkDescriptorSet set = VK_NULL_HANDLE;
     Work work;
-    std::size_t dispatch = 0;  ///< number of the call of Recorder::dispatch
-    std::uint32_t part = 0;    ///< part of a split dispatch; parts do not conflict with each other
+    double seconds = 0;          ///< estimated
+    KernelPace* pace = nullptr;  ///< none for barriers
+    std::size_t dispatch = 0;    ///< number of the call of Recorder::dispatch
+};
+
+/// A part of a list that one submit takes: a command, or some workgroups of a dispatch, which do not conflict with the
+/// others of theirs.
+struct Piece {
+    std::size_t command;
+    Groups base{0, 0, 0};
+    Groups groups{1, 1, 1};
+    double seconds = 0;  ///< estimated
 };
 
 inline bool is_barrier(const Command& command) {

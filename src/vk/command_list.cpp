@@ -33,10 +33,10 @@ CommandList::Objects::~Objects() {
     const VkDevice handle = device->handle();
     for (const VkBufferView view : texel_views)
         device->vk.vkDestroyBufferView(handle, view, nullptr);
-    if (queries != VK_NULL_HANDLE) device->vk.vkDestroyQueryPool(handle, queries, nullptr);
-    if (buffers.size() == 1 && buffers[0] != VK_NULL_HANDLE && fences[0] != VK_NULL_HANDLE &&
-        device->spare.size() < Device::kMostSpare) {
-        device->spare.push_back({command_pool, buffers[0], fences[0]});
+    if (now.queries != VK_NULL_HANDLE) device->vk.vkDestroyQueryPool(handle, now.queries, nullptr);
+    if (now.buffers.size() == 1 && now.buffers[0] != VK_NULL_HANDLE &&
+        fences[0] != VK_NULL_HANDLE && device->spare.size() < Device::kMostSpare) {
+        device->spare.push_back({command_pool, now.buffers[0], fences[0]});
         command_pool = VK_NULL_HANDLE;
         fences[0] = VK_NULL_HANDLE;
     }
@@ -53,7 +53,7 @@ Status CommandList::Objects::make_sets() {
     std::uint32_t storage = 0;
     std::uint32_t texel = 0;
     for (const Command& command : commands) {
-        if (command.kind != CommandKind::kDispatch || command.part > 0) continue;
+        if (command.kind != CommandKind::kDispatch) continue;
         ++sets;
         for (const ShaderBinding& binding : command.pipeline->interface.bindings)
             ++(binding.type == DescriptorType::kStorageBuffer ? storage : texel);
@@ -72,12 +72,7 @@ Status CommandList::Objects::make_sets() {
             : device->vk.vkCreateDescriptorPool(device->handle(), &pool, nullptr, &descriptors),
         "vkCreateDescriptorPool"));
     for (Command& command : commands) {
-        if (command.kind != CommandKind::kDispatch) continue;
-        if (command.part > 0) {
-            command.set = (&command - 1)->set;
-        } else {
-            SPLAT_TRY(make_set(command));
-        }
+        if (command.kind == CommandKind::kDispatch) SPLAT_TRY(make_set(command));
     }
     return {};
 }
@@ -124,27 +119,11 @@ Status CommandList::Objects::make_set(Command& command) {
     return {};
 }
 
-/// Cut the list so that the estimated time of each piece stays within one submit's.
-void CommandList::Objects::cut(const DeviceInfo& info, Kernels kernels) {
-    const double most = submit_seconds(info);
-    double seconds = 0;
-    std::size_t first = 0;
-    for (std::size_t i = 0; i < commands.size(); ++i) {
-        const double cost = estimated_seconds(info, kernels, commands[i].work);
-        if (i > first && seconds + cost > most) {
-            segments.push_back({first, i});
-            first = i;
-            seconds = 0;
-        }
-        seconds += cost;
-    }
-    if (first < commands.size()) segments.push_back({first, commands.size()});
-}
-
-Status CommandList::Objects::make_command_buffers(std::uint32_t queue_family) {
-    if (segments.size() == 1 && !device->spare.empty()) {
+/// Make buffers for the segments from `first` on.
+Status CommandList::Objects::make_command_buffers(ListCut& cut, std::size_t first) {
+    if (command_pool == VK_NULL_HANDLE && cut.segments.size() == 1 && !device->spare.empty()) {
         const CommandBuffer& spare = device->spare.back();
-        buffers = {spare.buffer};  // the only step that can throw comes first
+        cut.buffers = {spare.buffer};  // the only step that can throw comes first
         command_pool = spare.pool;
         fences[0] = spare.fence;
         device->spare.pop_back();
@@ -152,78 +131,97 @@ Status CommandList::Objects::make_command_buffers(std::uint32_t queue_family) {
     }
     VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
                                  .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
-                                 .queueFamilyIndex = queue_family};
-    SPLAT_TRY(device->check(
-        SPLAT_FAULT("vk.create_command_pool")
-            ? VK_ERROR_OUT_OF_DEVICE_MEMORY
-            : device->vk.vkCreateCommandPool(device->handle(), &pool, nullptr, &command_pool),
-        "vkCreateCommandPool"));
-    buffers.resize(segments.size());
+                                 .queueFamilyIndex = device->info().queue_family};
+    if (command_pool == VK_NULL_HANDLE)
+        SPLAT_TRY(device->check(
+            SPLAT_FAULT("vk.create_command_pool")
+                ? VK_ERROR_OUT_OF_DEVICE_MEMORY
+                : device->vk.vkCreateCommandPool(device->handle(), &pool, nullptr, &command_pool),
+            "vkCreateCommandPool"));
+    cut.buffers.resize(cut.segments.size());
     VkCommandBufferAllocateInfo allocate{
         .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
         .commandPool = command_pool,
         .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-        .commandBufferCount = static_cast<std::uint32_t>(buffers.size())};
+        .commandBufferCount = static_cast<std::uint32_t>(cut.buffers.size() - first)};
     SPLAT_TRY(device->check(
-        device->vk.vkAllocateCommandBuffers(device->handle(), &allocate, buffers.data()),
+        device->vk.vkAllocateCommandBuffers(device->handle(), &allocate, &cut.buffers[first]),
         "vkAllocateCommandBuffers"));
     VkFenceCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
-    for (std::size_t i = 0; i < std::min(fences.size(), segments.size()); ++i)
-        SPLAT_TRY(device->check(
-            SPLAT_FAULT("vk.create_fence")
-                ? VK_ERROR_OUT_OF_HOST_MEMORY
-                : device->vk.vkCreateFence(device->handle(), &info, nullptr, &fences[i]),
-            "vkCreateFence"));
+    for (std::size_t i = 0; i < std::min(fences.size(), cut.segments.size()); ++i)
+        if (fences[i] == VK_NULL_HANDLE)
+            SPLAT_TRY(device->check(
+                SPLAT_FAULT("vk.create_fence")
+                    ? VK_ERROR_OUT_OF_HOST_MEMORY
+                    : device->vk.vkCreateFence(device->handle(), &info, nullptr, &fences[i]),
+                "vkCreateFence"));
     return {};
 }
 
-Status CommandList::Objects::make_queries(bool alone) {
-    spans = timed_spans(commands, segments, alone);
-    if (spans.empty()) return {};
+Status CommandList::Objects::make_queries(ListCut& cut) const {
+    cut.spans = timed_spans(commands, cut.pieces, cut.segments, alone);
+    if (cut.spans.empty()) return {};
     VkQueryPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
                                .queryType = VK_QUERY_TYPE_TIMESTAMP,
-                               .queryCount = static_cast<std::uint32_t>(2 * spans.size())};
-    return device->check(device->vk.vkCreateQueryPool(device->handle(), &info, nullptr, &queries),
-                         "vkCreateQueryPool");
+                               .queryCount = static_cast<std::uint32_t>(2 * cut.spans.size())};
+    return device->check(
+        device->vk.vkCreateQueryPool(device->handle(), &info, nullptr, &cut.queries),
+        "vkCreateQueryPool");
+}
+
+/// Free the queries of a cut and its buffers from `first` on.
+void CommandList::Objects::destroy(ListCut& cut, std::size_t first) {
+    if (cut.queries != VK_NULL_HANDLE)
+        device->vk.vkDestroyQueryPool(device->handle(), cut.queries, nullptr);
+    if (cut.buffers.size() > first)
+        device->vk.vkFreeCommandBuffers(device->handle(), command_pool,
+                                        static_cast<std::uint32_t>(cut.buffers.size() - first),
+                                        &cut.buffers[first]);
 }
 
 Status CommandList::Objects::encode() {
-    const VolkDeviceTable& vk = device->vk;
-    std::size_t span = 0;
-    const auto stamp = [&](VkCommandBuffer to, std::size_t end) {
-        vk.vkCmdWriteTimestamp(to, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, queries,
-                               static_cast<std::uint32_t>(2 * span + end));
-    };
-    for (std::size_t i = 0; i < segments.size(); ++i) {
-        VkCommandBufferBeginInfo begin{};
-        begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
-        SPLAT_TRY(
-            device->check(vk.vkBeginCommandBuffer(buffers[i], &begin), "vkBeginCommandBuffer"));
-        for (std::size_t c = segments[i].first; c < segments[i].last; ++c) {
-            const bool timed = queries != VK_NULL_HANDLE && span < spans.size();
-            if (timed && c == spans[span].first) {
-                vk.vkCmdResetQueryPool(buffers[i], queries, static_cast<std::uint32_t>(2 * span),
-                                       2);
-                stamp(buffers[i], 0);
-            }
-            encode(buffers[i], commands[c]);
-            if (timed && c + 1 == spans[span].last) {
-                stamp(buffers[i], 1);
-                ++span;
-            }
-        }
-        SPLAT_TRY(device->check(vk.vkEndCommandBuffer(buffers[i]), "vkEndCommandBuffer"));
-    }
+    SPLAT_TRY(encode(now, 0));
     encoded = true;
     return {};
 }
 
-void CommandList::Objects::encode(VkCommandBuffer to, const Command& command) {
+/// Encode the segments from `first` on; it is 0 if they are timed.
+Status CommandList::Objects::encode(const ListCut& cut, std::size_t first) {
+    const VolkDeviceTable& vk = device->vk;
+    const std::vector<PieceSpan>& spans = cut.spans;
+    std::size_t span = 0;
+    const auto stamp = [&](VkCommandBuffer to, std::size_t end) {
+        vk.vkCmdWriteTimestamp(to, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, cut.queries,
+                               static_cast<std::uint32_t>(2 * span + end));
+    };
+    for (std::size_t i = first; i < cut.segments.size(); ++i) {
+        const VkCommandBuffer to = cut.buffers[i];
+        VkCommandBufferBeginInfo begin{};
+        begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+        SPLAT_TRY(device->check(vk.vkBeginCommandBuffer(to, &begin), "vkBeginCommandBuffer"));
+        for (std::size_t p = cut.segments[i].first; p < cut.segments[i].last; ++p) {
+            const bool stamped = cut.queries != VK_NULL_HANDLE && span < spans.size();
+            if (stamped && p == spans[span].first) {
+                vk.vkCmdResetQueryPool(to, cut.queries, static_cast<std::uint32_t>(2 * span), 2);
+                stamp(to, 0);
+            }
+            encode(to, commands[cut.pieces[p].command], cut.pieces[p]);
+            if (stamped && p + 1 == spans[span].last) {
+                stamp(to, 1);
+                ++span;
+            }
+        }
+        SPLAT_TRY(device->check(vk.vkEndCommandBuffer(to), "vkEndCommandBuffer"));
+    }
+    return {};
+}
+
+void CommandList::Objects::encode(VkCommandBuffer to, const Command& command, const Piece& piece) {
     const VolkDeviceTable& vk = device->vk;
     switch (command.kind) {
         case CommandKind::kDispatch:
-            encode_dispatch(to, command);
+            encode_dispatch(to, command, piece);
             break;
         case CommandKind::kFill: {
             const BufferView& view = command.accesses[0].view;
@@ -258,19 +256,16 @@ void CommandList::Objects::encode(VkCommandBuffer to, const Command& command) {
     }
 }
 
-void CommandList::Objects::deal(const CommandSpan& span, double milliseconds,
+void CommandList::Objects::deal(const PieceSpan& span, double milliseconds,
                                 std::vector<double>& command_ms) const {
-    constexpr double kLeastSeconds = 1e-6;  // a dispatch that does next to nothing
     double sum = 0;
-    for (std::size_t i = span.first; i < span.last; ++i) {
-        command_ms[i] =
-            kLeastSeconds + estimated_seconds(device->info(), device->kernels(), commands[i].work);
-        sum += command_ms[i];
-    }
-    for (std::size_t i = span.first; i < span.last; ++i) command_ms[i] *= milliseconds / sum;
+    for (std::size_t i = span.first; i < span.last; ++i) sum += now.pieces[i].seconds;
+    for (std::size_t i = span.first; i < span.last; ++i)
+        command_ms[now.pieces[i].command] += milliseconds * now.pieces[i].seconds / sum;
 }
 
-void CommandList::Objects::encode_dispatch(VkCommandBuffer to, const Command& command) {
+void CommandList::Objects::encode_dispatch(VkCommandBuffer to, const Command& command,
+                                           const Piece& piece) {
     const VolkDeviceTable& vk = device->vk;
     const Pipeline& pipeline = *command.pipeline;
     vk.vkCmdBindPipeline(to, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.job.pipeline);
@@ -279,12 +274,12 @@ void CommandList::Objects::encode_dispatch(VkCommandBuffer to, const Command& co
     if (command.push.bytes() > 0)
         vk.vkCmdPushConstants(to, pipeline.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
                               command.push.bytes(), command.push.data());
-    if (command.base == Groups{0, 0, 0}) {
+    const auto& [x, y, z] = piece.groups;
+    if (piece.base == Groups{0, 0, 0}) {
         // Validation layers up to 1.3.239 at least check this call, but not vkCmdDispatchBase.
-        vk.vkCmdDispatch(to, command.groups[0], command.groups[1], command.groups[2]);
+        vk.vkCmdDispatch(to, x, y, z);
     } else {
-        vk.vkCmdDispatchBase(to, command.base[0], command.base[1], command.base[2],
-                             command.groups[0], command.groups[1], command.groups[2]);
+        vk.vkCmdDispatchBase(to, piece.base[0], piece.base[1], piece.base[2], x, y, z);
     }
 }
 
@@ -299,11 +294,12 @@ Result<CommandList> CommandList::create(Context& context, std::vector<Command> c
     objects.pipelines = &context.pipelines();
     objects.commands = std::move(commands);
     SPLAT_TRY(objects.make_sets());
-    objects.cut(device.info(), device.kernels());
-    SPLAT_TRY(objects.make_command_buffers(device.info().queue_family));
-    if (context.profile() != nullptr && device.info().limits.timestamp_ns > 0)
-        SPLAT_TRY(objects.make_queries(device.info().kind == DeviceKind::kCpu &&
-                                       !context.profiles_levels()));
+    objects.now = objects.cut(0);
+    objects.changes = device.pace.changes();
+    SPLAT_TRY(objects.make_command_buffers(objects.now, 0));
+    objects.alone = device.info().kind == DeviceKind::kCpu && !context.profiles_levels();
+    objects.timed = context.profile() != nullptr && device.info().limits.timestamp_ns > 0;
+    if (objects.timed) SPLAT_TRY(objects.make_queries(objects.now));
     return list;
 }
 
@@ -328,8 +324,13 @@ const std::vector<Command>& CommandList::commands() const {
     return objects_ == nullptr ? none : objects_->commands;
 }
 
+const std::vector<Piece>& CommandList::pieces() const {
+    static const std::vector<Piece> none;
+    return objects_ == nullptr ? none : objects_->now.pieces;
+}
+
 std::size_t CommandList::submit_count() const {
-    return objects_ == nullptr ? 0 : objects_->segments.size();
+    return objects_ == nullptr ? 0 : objects_->now.segments.size();
 }
 
 }  // namespace splat::vk

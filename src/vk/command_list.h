@@ -30,6 +30,8 @@ class CommandList {
 
     [[nodiscard]] bool empty() const { return objects_ == nullptr; }
     [[nodiscard]] const std::vector<Command>& commands() const;
+    /// In what pieces, and how many submits, the next run begins. A run may change the rest of its cut.
+    [[nodiscard]] const std::vector<Piece>& pieces() const;
     [[nodiscard]] std::size_t submit_count() const;
 
   private:

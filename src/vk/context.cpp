@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <utility>
+#include <vector>
 
 #include "core/environment.h"
+#include "core/fork.h"
+#include "vk/watchdog.h"
 
 namespace splat::vk {
 namespace {
@@ -22,21 +26,52 @@ Result<std::uint64_t> timeout_of(const ContextDesc& desc) {
     return static_cast<std::uint64_t>(std::clamp(wanted * scale, 1.0, 9e18));
 }
 
+/// Devices that hung or were lost, and that were opened anew.
+struct Left {
+    ForkMutex mutex;
+    std::vector<std::shared_ptr<Context>> contexts;
+};
+
 }  // namespace
 
 Result<std::shared_ptr<Context>> Context::create(const ContextDesc& desc) {
     SPLAT_ASSIGN(const std::uint64_t timeout_ns, timeout_of(desc));
     std::shared_ptr<Context> context(new Context);
-    SPLAT_ASSIGN(context->device_, Device::create(desc.device));
+    {
+        const Watchdog watchdog("", "the opening of a Vulkan device", "");
+        SPLAT_ASSIGN(context->device_, Device::create(desc.device));
+    }
     Device& device = *context->device_;
     context->memory_ = std::make_unique<Memory>(device, desc.memory);
+    context->device_now_ = context->device_.get();
+    context->memory_now_ = context->memory_.get();
     context->pipelines_ = std::make_unique<Pipelines>(device, desc.cache_folder,
                                                       compile_threads(desc.device.validation));
     context->queue_ =
         std::make_unique<Queue>(device, *context->memory_, context->mutex, timeout_ns);
+    context->desc_ = desc;
+    context->desc_.device.select = DeviceSelect::kByIndex;
+    context->desc_.device.index = device.info().index;
+    context->timeout_ns_ = timeout_ns;
     context->profile_enabled_ = desc.profile;
     context->profile_levels_ = desc.profile_levels;
     return context;
+}
+
+Status Context::reopen() {
+    SPLAT_ASSIGN(const std::shared_ptr<Context> other, create(desc_));
+    auto queue = std::make_unique<Queue>(*other->device_, *other->memory_, mutex, timeout_ns_);
+    Left& left = for_ever<Left>();
+    const std::lock_guard lock(left.mutex);
+    left.contexts.push_back(other);
+    std::swap(device_, other->device_);
+    std::swap(memory_, other->memory_);
+    device_now_ = device_.get();
+    memory_now_ = memory_.get();
+    std::swap(pipelines_, other->pipelines_);
+    std::swap(staging_, other->staging_);
+    other->queue_ = std::exchange(queue_, std::move(queue));
+    return {};
 }
 
 Context::~Context() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <optional>
 #include <string>
 
@@ -12,7 +13,7 @@ namespace splat::vk {
 struct ContextDesc {
     DeviceDesc device;
     MemoryDesc memory;
-    std::uint64_t timeout_ns = 0;  ///< 0 = 60 s; multiplied by SPLAT_TIMEOUT_SCALE
+    std::uint64_t timeout_ns = 0;  ///< for one submit; 0 = 60 s; multiplied by SPLAT_TIMEOUT_SCALE
     std::string cache_folder;      ///< "" = no pipeline cache file
     bool profile = false;
     bool profile_levels = false;  ///< tests: time a CPU device as a GPU, see timers.h
@@ -26,19 +27,33 @@ class Context : NoCopy {
     static Result<std::shared_ptr<Context>> create(const ContextDesc& desc);
     ~Context();
 
-    [[nodiscard]] Device& device() { return *device_; }
-    [[nodiscard]] Memory& memory() { return *memory_; }
+    [[nodiscard]] Device& device() { return *device_now_; }
+    [[nodiscard]] Memory& memory() { return *memory_now_; }
     [[nodiscard]] Pipelines& pipelines() { return *pipelines_; }
     [[nodiscard]] Profile* profile() { return profile_enabled_ ? &profile_ : nullptr; }
 
     /// Do the part of run() that may take memory, for several lists that must all run or not at
     /// all.
-    Status make_ready(CommandList& list) { return queue_->make_ready(list); }
+    Status make_ready(CommandList& list) {
+        SPLAT_TRY(queue_->make_ready(list));
+        pipelines_->save_if_complete();
+        return {};
+    }
+
+    /// Open the device anew, after a loss or a timeout: memory, pipelines and what the queue still does are left to the
+    /// process, as a device that hangs cannot be destroyed. Nothing else may be alive on it. Errors: those of create();
+    /// all stays as it was.
+    Status reopen();
+
+    [[nodiscard]] std::uint64_t timeout_ns() const { return timeout_ns_; }
 
     [[nodiscard]] bool profiles_levels() const { return profile_levels_; }
 
     /// Run a recorded list and add its times to the profile.
-    Status run(CommandList& list) { return queue_->run(list, counting()); }
+    Status run(CommandList& list) {
+        SPLAT_TRY(make_ready(list));
+        return queue_->run(list, counting());
+    }
 
     /// While true, lists and transfers are left out of the profile.
     bool unprofiled = false;
@@ -69,6 +84,9 @@ class Context : NoCopy {
 
     std::unique_ptr<Device> device_;
     std::unique_ptr<Memory> memory_;
+    // Calls that hold no mutex read these beside a reopen(), which keeps the old ones.
+    std::atomic<Device*> device_now_ = nullptr;
+    std::atomic<Memory*> memory_now_ = nullptr;
     std::unique_ptr<Pipelines> pipelines_;
     std::unique_ptr<Queue> queue_;
     Status reserve_staging(std::uint64_t bytes);
@@ -76,6 +94,8 @@ class Context : NoCopy {
     /// Kept between transfers: drivers of discrete devices take milliseconds to pin a new one.
     std::optional<Buffer> staging_;
     Profile profile_;
+    ContextDesc desc_;
+    std::uint64_t timeout_ns_ = 0;
     bool profile_enabled_ = false;
     bool profile_levels_ = false;
 };

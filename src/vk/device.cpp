@@ -9,6 +9,7 @@
 #include "core/fault.h"
 #include "core/log.h"
 #include "core/parallel.h"
+#include "vk/device_choice.h"
 #include "vk/device_exit.h"
 
 namespace splat::vk {
@@ -42,36 +43,42 @@ std::optional<std::uint32_t> compute_family(const std::vector<VkQueueFamilyPrope
 
 void read_memory(const VkPhysicalDeviceMemoryProperties& memory, DeviceInfo& info) {
     for (std::uint32_t i = 0; i < memory.memoryHeapCount; ++i)
-        if ((memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) != 0)
+        // The heaps of an integrated device are one memory, of which the local one may be a small part.
+        if ((memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) != 0 ||
+            info.kind == DeviceKind::kIntegrated)
             info.limits.heap_bytes = std::max(info.limits.heap_bytes, memory.memoryHeaps[i].size);
     for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i) {
-        const VkMemoryPropertyFlags both =
-            VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT | VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
-        const VkMemoryType& type = memory.memoryTypes[i];
-        // A resizable BAR is also host-visible, but slow to read: only a device without local
-        // memory is unified.
-        if ((type.propertyFlags & both) == both && info.kind != DeviceKind::kDiscrete)
+        const VkMemoryPropertyFlags all = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT |
+                                          VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT |
+                                          VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+        // Write-combined memory and a resizable BAR are also host-visible, but slow to read.
+        if ((memory.memoryTypes[i].propertyFlags & all) == all &&
+            info.kind != DeviceKind::kDiscrete)
             info.features.unified_memory = true;
     }
 }
 
-/// What the largest of the fast kernels take: radix_sort_downsweep_gpu.comp, and workgroups of 256.
-constexpr std::uint32_t kFastSharedBytes = (16 * 256 + 256) * 4;
 constexpr std::uint32_t kFastInvocations = 256;
 
-/// Storage buffers of project_backward.comp. Vulkan guarantees 4, devices have 16 and more.
-constexpr std::uint32_t kStorageBuffers = 13;
+/// Shared memory of radix_sort_downsweep_gpu.comp: 256 counters, and as many for each subgroup of 128 invocations.
+std::uint32_t sort_shared_bytes(const DeviceLimits& limits) {
+    return 256 * 4 * (1 + limits.subgroups(128));
+}
 
-/// Fast kernels read 8 lanes through constant shuffles (shaders/ops/linear_forward_fast.comp), so they need
-/// subgroups of 8 or more.
-Kernels best_kernels(const DeviceInfo& info) {
+/// Whether a family's fast kernels may run. Those of networks read 8 lanes through constant shuffles
+/// (shaders/ops/linear_forward_fast.comp), so they need subgroups of 8 or more. Of those that blend only one needs
+/// more of a subgroup (blend.cpp).
+bool suits(const DeviceInfo& info, Family family) {
     const DeviceLimits& limits = info.limits;
-    if (limits.subgroup_size < 8 || !info.features.subgroup_shuffle ||
-        limits.shared_memory_bytes < kFastSharedBytes ||
-        limits.max_group_invocations < kFastInvocations)
-        return Kernels::kPlain;
-    // Kernels for CPU devices store floats as 64-bit integers (shaders/include/store.glsl).
-    return info.kind == DeviceKind::kCpu && info.features.int64 ? Kernels::kCpu : Kernels::kGpu;
+    if (limits.max_group_invocations < kFastInvocations) return false;
+    const bool lanes = limits.subgroup_size >= DeviceLimits::kLeastLanes;
+    if (family == Family::kNetwork) return lanes && info.features.subgroup_shuffle;
+    return family == Family::kBlend || (lanes && info.features.subgroup_ballot &&
+                                        limits.shared_memory_bytes >= sort_shared_bytes(limits));
+}
+
+bool suits_all(const DeviceInfo& info) {
+    return std::ranges::all_of(kFamilies, [&](Family family) { return suits(info, family); });
 }
 
 /// True if this machine's CPU, which is also a CPU device, has 32 vector registers.
@@ -107,10 +114,43 @@ std::string why_unusable(const DeviceInfo& info, bool has_queue) {
                       VK_API_VERSION_MAJOR(info.vulkan_version),
                       VK_API_VERSION_MINOR(info.vulkan_version));
     if (!has_queue) return "no queue family with compute";
-    if (info.limits.max_storage_buffers < kStorageBuffers)
-        return format("%u storage buffers in a shader, libsplat needs %u",
-                      info.limits.max_storage_buffers, kStorageBuffers);
     return "";
+}
+
+/// The driver's maxBufferSize. Vulkan 1.3 has it, and so has an extension before.
+std::uint64_t max_buffer_bytes(const Instance& instance, VkPhysicalDevice physical,
+                               std::uint32_t version) {
+    VkPhysicalDeviceMaintenance4Properties found{};
+    found.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_4_PROPERTIES;
+    VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
+                                           .pNext = &found};
+    if (version >= VK_API_VERSION_1_3 ||
+        instance.has_extension(physical, VK_KHR_MAINTENANCE_4_EXTENSION_NAME))
+        instance.get_properties2(physical, &properties);
+    return found.maxBufferSize != 0 ? found.maxBufferSize : ~std::uint64_t{0};
+}
+
+/// How many lanes a subgroup may have. Vulkan 1.3 tells, and so does an extension before.
+void read_lanes(const Instance& instance, VkPhysicalDevice physical, std::uint32_t version,
+                DeviceLimits& limits) {
+    VkPhysicalDeviceSubgroupSizeControlProperties found{};
+    found.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_PROPERTIES;
+    VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
+                                           .pNext = &found};
+    if (version >= VK_API_VERSION_1_3 ||
+        instance.has_extension(physical, VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME))
+        instance.get_properties2(physical, &properties);
+    limits.least_lanes = found.minSubgroupSize != 0 ? found.minSubgroupSize : limits.subgroup_size;
+    limits.most_lanes = std::max(found.maxSubgroupSize, limits.subgroup_size);
+}
+
+/// What follows from the other fields: a binding lies within a buffer, which has an allocation of its own.
+void complete(DeviceInfo& info) {
+    DeviceLimits& limits = info.limits;
+    limits.max_allocation_bytes = std::min(limits.max_allocation_bytes, limits.max_buffer_bytes);
+    limits.max_storage_buffer_bytes =
+        std::min(limits.max_storage_buffer_bytes, limits.max_allocation_bytes);
+    info.kernels = best_kernels(info);
 }
 
 DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::uint32_t index) {
@@ -131,6 +171,8 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
                     .kind = kind_of(core.deviceType),
                     .name = core.deviceName,
                     .driver = std::string(p12.driverName) + " " + p12.driverInfo,
+                    .driver_id = p12.driverID,
+                    .conformant = p12.conformanceVersion.major != 0,
                     .vendor_id = core.vendorID,
                     .device_id = core.deviceID,
                     .vulkan_version = core.apiVersion,
@@ -142,6 +184,7 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     limits.max_storage_buffer_bytes = core.limits.maxStorageBufferRange;
     limits.max_storage_buffers = core.limits.maxPerStageDescriptorStorageBuffers;
     limits.max_texel_elements = core.limits.maxTexelBufferElements;
+    limits.max_buffer_bytes = max_buffer_bytes(instance, physical, core.apiVersion);
     limits.max_allocation_bytes = p11.maxMemoryAllocationSize;
     limits.offset_alignment = std::max({core.limits.minStorageBufferOffsetAlignment,
                                         core.limits.minTexelBufferOffsetAlignment,
@@ -152,16 +195,19 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     limits.shared_memory_bytes = core.limits.maxComputeSharedMemorySize;
     limits.push_constant_bytes = core.limits.maxPushConstantsSize;
     limits.subgroup_size = p11.subgroupSize;
+    read_lanes(instance, physical, core.apiVersion, limits);
 
     const bool compute_subgroups = (p11.subgroupSupportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0;
     const auto has_operations = [&](VkSubgroupFeatureFlags wanted) {
         return compute_subgroups && (p11.subgroupSupportedOperations & wanted) == wanted;
     };
     info.features.subgroup_shuffle =
-        has_operations(VK_SUBGROUP_FEATURE_SHUFFLE_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT |
-                       VK_SUBGROUP_FEATURE_VOTE_BIT);
+        has_operations(VK_SUBGROUP_FEATURE_SHUFFLE_BIT | VK_SUBGROUP_FEATURE_VOTE_BIT);
+    info.features.subgroup_ballot = has_operations(VK_SUBGROUP_FEATURE_BALLOT_BIT);
     info.features.subgroup_arithmetic = has_operations(VK_SUBGROUP_FEATURE_ARITHMETIC_BIT);
     info.features.int64 = features.features.shaderInt64 == VK_TRUE;
+    info.features.nan_mode =
+        info.kind != DeviceKind::kCpu && p12.shaderSignedZeroInfNanPreserveFloat32 == VK_TRUE;
     info.features.many_registers = info.kind == DeviceKind::kCpu && host_has_many_registers();
     info.features.large_code_cache = info.kind == DeviceKind::kCpu && host_has_large_code_cache();
     info.features.packed_stores = host_prefers_packed_stores();
@@ -181,61 +227,8 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
         limits.timestamp_mask = ~std::uint64_t{0} >> (64 - families[*family].timestampValidBits);
     }
     info.reason = why_unusable(info, family.has_value());
-    info.kernels = best_kernels(info);
+    complete(info);
     return info;
-}
-
-std::string uuid_text(const std::array<std::uint8_t, VK_UUID_SIZE>& uuid) {
-    std::string text;
-    for (const std::uint8_t byte : uuid) text += format("%02x", byte);
-    return text;
-}
-
-std::string selection_text(const DeviceDesc& desc) {
-    switch (desc.select) {
-        case DeviceSelect::kByIndex:
-            return format("with index %u", desc.index);
-        case DeviceSelect::kByUuid:
-            return "with UUID " + uuid_text(desc.uuid);
-        case DeviceSelect::kByKind:
-            return std::string("of kind ") + device_kind_name(desc.kind);
-        case DeviceSelect::kBest:
-            break;
-    }
-    return "that is usable";
-}
-
-bool fits(const DeviceDesc& desc, const DeviceInfo& info) {
-    switch (desc.select) {
-        case DeviceSelect::kByIndex:
-            return info.index == desc.index;
-        case DeviceSelect::kByUuid:
-            return info.uuid == desc.uuid;
-        case DeviceSelect::kByKind:
-            return info.kind == desc.kind;
-        case DeviceSelect::kBest:
-            break;
-    }
-    return info.usable();
-}
-
-Result<std::uint32_t> select_device(const DeviceDesc& desc, const std::vector<DeviceInfo>& infos) {
-    const DeviceInfo* best = nullptr;
-    for (const DeviceInfo& info : infos)
-        if (fits(desc, info) && (best == nullptr || info.kind > best->kind)) best = &info;
-    if (best != nullptr && best->usable()) return best->index;
-    if (best != nullptr)
-        return unsupported("device %u (%s) is not usable: %s", best->index, best->name.c_str(),
-                           best->reason.c_str());
-    std::string list;
-    for (const DeviceInfo& info : infos)
-        list += format("%s%u: %s (%s)%s%s", list.empty() ? "" : "; ", info.index, info.name.c_str(),
-                       device_kind_name(info.kind),
-                       info.usable() ? "" : ", not usable: ", info.reason.c_str());
-    return error(Code::kNoDevice, "no Vulkan device %s; found: %s", selection_text(desc).c_str(),
-                 list.empty()
-                     ? "none (on Debian `apt-get install mesa-vulkan-drivers` gives a software one)"
-                     : list.c_str());
 }
 
 Result<Kernels> kernels_from_environment(Kernels fallback) {
@@ -249,9 +242,43 @@ Result<Kernels> kernels_from_environment(Kernels fallback) {
 
 }  // namespace
 
+FamilyKernels best_kernels(const DeviceInfo& info) {
+    FamilyKernels best = DeviceInfo().kernels;
+    if (info.kind == DeviceKind::kCpu) {
+        // Kernels for CPU devices store floats as 64-bit integers (shaders/include/store.glsl).
+        if (suits_all(info)) best.fill(info.features.int64 ? Kernels::kCpu : Kernels::kGpu);
+        return best;
+    }
+    for (const Family family : kFamilies)
+        if (suits(info, family)) best[static_cast<std::size_t>(family)] = Kernels::kGpu;
+    return best;
+}
+
 const char* kernels_name(Kernels kernels) {
     constexpr const char* kNames[] = {"auto", "plain", "cpu", "gpu"};
     return kNames[static_cast<std::size_t>(kernels)];
+}
+
+const char* family_name(Family family) {
+    constexpr const char* kNames[] = {"network", "sort", "blend"};
+    return kNames[static_cast<std::size_t>(family)];
+}
+
+std::string kernels_text(const FamilyKernels& kernels) {
+    if (std::ranges::count(kernels, kernels[0]) == std::ssize(kernels))
+        return kernels_name(kernels[0]);
+    std::string text;
+    for (const Family family : kFamilies)
+        text += format("%s%s %s", text.empty() ? "" : ", ", family_name(family),
+                       kernels_name(kernels[static_cast<std::size_t>(family)]));
+    return text;
+}
+
+void make_plain(FamilyKernels& kernels, Family family) {
+    Kernels& replaced = kernels[static_cast<std::size_t>(family)];
+    if (family != Family::kNetwork && replaced == Kernels::kCpu)
+        kernels[1] = kernels[2] = Kernels::kPlain;
+    replaced = Kernels::kPlain;
 }
 
 const char* device_kind_name(DeviceKind kind) {
@@ -263,45 +290,70 @@ Result<std::vector<DeviceInfo>> describe_devices(const Instance& instance) {
     std::vector<DeviceInfo> infos;
     for (const VkPhysicalDevice physical : instance.physical_devices())
         infos.push_back(describe(instance, physical, static_cast<std::uint32_t>(infos.size())));
+    pass_over(infos);
     return infos;
 }
 
 Result<std::unique_ptr<Device>> Device::create(const DeviceDesc& desc) {
-    std::unique_ptr<Device> device(new Device);
-    SPLAT_ASSIGN(device->instance_, Instance::get(desc.validation));
-    SPLAT_ASSIGN(std::vector<DeviceInfo> infos, describe_devices(*device->instance_));
-    SPLAT_ASSIGN(const std::uint32_t index, select_device(desc, infos));
-    device->info_ = infos[index];
-    device->physical_ = device->instance_->physical_devices()[index];
+    SPLAT_ASSIGN(const std::shared_ptr<Instance> instance, Instance::get(desc.validation));
+    SPLAT_ASSIGN(std::vector<DeviceInfo> infos, describe_devices(*instance));
     if (desc.fake) {
-        desc.fake(device->info_);
-        device->info_.kernels = best_kernels(device->info_);
+        for (DeviceInfo& info : infos) {
+            desc.fake(info);
+            complete(info);
+        }
+        pass_over(infos);
     }
-    SPLAT_TRY(device->choose_kernels(desc.kernels));
-    SPLAT_TRY(device->open());
-    log(LogLevel::kInfo, format("device %u: %s (%s, %s), %s kernels", index,
-                                device->info_.name.c_str(), device_kind_name(device->info_.kind),
-                                device->info_.driver.c_str(), kernels_name(device->kernels_)));
-    return device;
+    const double milliseconds = static_cast<double>(desc.max_submit_ns) * 1e-6;
+    SPLAT_ASSIGN(const double most, environment_positive("SPLAT_MAX_SUBMIT_MS", milliseconds));
+    SPLAT_ASSIGN(const std::vector<std::uint32_t> order, devices_to_try(desc, infos));
+    Status opened;
+    for (const std::uint32_t index : order) {
+        std::unique_ptr<Device> device(new Device);
+        device->instance_ = instance;
+        device->info_ = infos[index];
+        device->physical_ = instance->physical_devices()[index];
+        const DeviceInfo& info = device->info_;
+        SPLAT_TRY(device->choose_kernels(desc.kernels));
+        device->pace = Pace(info.kind != DeviceKind::kCpu, most * 1e-3);
+        opened = device->open();
+        if (opened.ok()) {
+            log(LogLevel::kInfo,
+                format("device %u: %s (%s, %s), %s kernels", index, info.name.c_str(),
+                       device_kind_name(info.kind), info.driver.c_str(),
+                       kernels_text(device->kernels_).c_str()));
+            return device;
+        }
+        if (index != order.back())
+            log(LogLevel::kWarning,
+                format("device %u (%s) cannot be opened, so the next one is tried: %s", index,
+                       info.name.c_str(), opened.message().c_str()));
+    }
+    return opened;
 }
 
 Status Device::choose_kernels(Kernels wish) {
-    SPLAT_ASSIGN(kernels_, kernels_from_environment(wish));
-    if (kernels_ == Kernels::kAuto) kernels_ = info_.kernels;
-    if (kernels_ != Kernels::kPlain && info_.kernels == Kernels::kPlain)
+    SPLAT_ASSIGN(const Kernels chosen, kernels_from_environment(wish));
+    kernels_ = info_.kernels;
+    if (chosen == Kernels::kAuto) return {};
+    if (chosen != Kernels::kPlain && !suits_all(info_))
         return unsupported(
-            "device %u (%s) has subgroups of %u lanes%s, %u bytes of shared memory and "
-            "workgroups of %u; %s kernels need 8 or more with shuffle, %u and %u: use "
-            "plain ones",
-            info_.index, info_.name.c_str(), info_.limits.subgroup_size,
-            info_.features.subgroup_shuffle ? "" : " without shuffle, ballot or vote",
+            "device %u (%s) has subgroups of %u lanes (%u to %u)%s, %u bytes of shared memory and "
+            "workgroups of %u; %s kernels need 8 or more with shuffle and ballot, %u and %u: use "
+            "plain ones, or leave the choice to the device",
+            info_.index, info_.name.c_str(), info_.limits.subgroup_size, info_.limits.least_lanes,
+            info_.limits.most_lanes,
+            info_.features.subgroup_shuffle && info_.features.subgroup_ballot
+                ? ""
+                : " without shuffle, ballot or vote",
             info_.limits.shared_memory_bytes, info_.limits.max_group_invocations,
-            kernels_name(kernels_), kFastSharedBytes, kFastInvocations);
-    if (kernels_ == Kernels::kCpu && !info_.features.int64)
+            kernels_name(chosen), sort_shared_bytes(info_.limits), kFastInvocations);
+    if (chosen == Kernels::kCpu && !info_.features.int64)
         return unsupported(
             "device %u (%s) has no 64-bit integers in shaders, which cpu kernels need: use "
             "gpu or plain ones",
             info_.index, info_.name.c_str());
+    kernels_.fill(chosen);
     return {};
 }
 
@@ -330,6 +382,12 @@ Status Device::open() {
                             .pNext = &wanted,
                             .queueCreateInfoCount = 1,
                             .pQueueCreateInfos = &queue};
+    // A driver of a part of Vulkan wants to be told that this is known.
+    const char* const subset = "VK_KHR_portability_subset";
+    if (instance_->has_extension(physical_, subset)) {
+        info.enabledExtensionCount = 1;
+        info.ppEnabledExtensionNames = &subset;
+    }
     const VkResult result = SPLAT_FAULT("vk.create_device")
                                 ? VK_ERROR_OUT_OF_DEVICE_MEMORY
                                 : instance_->create_device(physical_, &info, nullptr, &device_);
@@ -342,6 +400,13 @@ Status Device::open() {
     return {};
 }
 
+Status Device::check_storage_buffers(const char* shader, std::uint32_t needed) const {
+    if (needed <= info_.limits.max_storage_buffers) return {};
+    return unsupported("shader %s needs %u storage buffers, but device %u (%s) has %u for a shader",
+                       shader, needed, info_.index, info_.name.c_str(),
+                       info_.limits.max_storage_buffers);
+}
+
 Status Device::check(VkResult result, const char* call) {
     if (result >= VK_SUCCESS) return {};
     if (result == VK_ERROR_DEVICE_LOST) lost_.store(true, std::memory_order_relaxed);
@@ -351,6 +416,7 @@ Status Device::check(VkResult result, const char* call) {
         case VK_ERROR_OUT_OF_DEVICE_MEMORY:
         case VK_ERROR_OUT_OF_POOL_MEMORY:
         case VK_ERROR_FRAGMENTED_POOL:
+        case VK_ERROR_FRAGMENTATION:
         case VK_ERROR_TOO_MANY_OBJECTS:
         case VK_ERROR_MEMORY_MAP_FAILED:
             return error(Code::kOutOfDeviceMemory,
@@ -365,9 +431,13 @@ Status Device::check(VkResult result, const char* call) {
             return unsupported("%s failed with %s on device %u (%s)", call, result_name(result),
                                info_.index, info_.name.c_str());
         default:
-            return error(Code::kInternal, "%s failed with %s (%d) on device %u (%s)", call,
+            return error(Code::kInternal, "%s failed with %s (%d) on device %u (%s)%s", call,
                          result_name(result), static_cast<int>(result), info_.index,
-                         info_.name.c_str());
+                         info_.name.c_str(),
+                         std::string_view(call).starts_with("vkCreateComputePipelines")
+                             ? ": its compiler refuses a kernel; update the driver, use plain "
+                               "kernels (SPLAT_KERNELS=plain), or choose another device"
+                             : "");
     }
 }
 

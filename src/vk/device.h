@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <functional>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "vk/instance.h"
+#include "vk/pace.h"
 
 namespace splat::vk {
 
@@ -16,16 +18,30 @@ enum class DeviceKind : int { kOther = 1, kCpu = 2, kVirtual = 3, kIntegrated = 
 /// The set of shaders in use; see splat_kernels in include/splat.h.
 enum class Kernels : int { kAuto = 0, kPlain = 1, kCpu = 2, kGpu = 3 };
 
+/// Kernels that are chosen, tested and replaced together: those of operators, those that make the lists of tiles,
+/// and those that blend them.
+enum class Family : int { kNetwork = 0, kSort = 1, kBlend = 2 };
+inline constexpr Family kFamilies[] = {Family::kNetwork, Family::kSort, Family::kBlend};
+
+/// The kernels of each family.
+using FamilyKernels = std::array<Kernels, std::size(kFamilies)>;
+
 const char* kernels_name(Kernels kernels);
+const char* family_name(Family family);
+/// "gpu", or "network gpu, sort plain, blend gpu".
+std::string kernels_text(const FamilyKernels& kernels);
+/// Kernels for CPUs sort and blend together: both become plain.
+void make_plain(FamilyKernels& kernels, Family family);
 const char* device_kind_name(DeviceKind kind);
 
 /// What the device allows. The rest of the code asks these fields, never the vendor.
 struct DeviceLimits {
-    std::uint64_t max_storage_buffer_bytes = 0;  ///< one binding
+    std::uint64_t max_storage_buffer_bytes = 0;  ///< one binding; at most one allocation
     std::uint32_t max_storage_buffers = 0;       ///< bindings of one shader
     std::uint64_t max_texel_elements = 0;        ///< one texel-buffer binding
-    std::uint64_t max_allocation_bytes = 0;
-    std::uint64_t heap_bytes = 0;  ///< largest device-local heap
+    std::uint64_t max_buffer_bytes = 0;          ///< one buffer; ~0 if the driver does not say
+    std::uint64_t max_allocation_bytes = 0;      ///< one allocation; at most one buffer
+    std::uint64_t heap_bytes = 0;  ///< largest device-local heap; on integrated devices the largest
     std::uint64_t offset_alignment =
         0;  ///< bytes; satisfies storage, texel and non-coherent-atom alignment
     std::array<std::uint32_t, 3> max_groups{};
@@ -33,19 +49,31 @@ struct DeviceLimits {
     std::uint32_t max_group_invocations = 0;
     std::uint32_t shared_memory_bytes = 0;
     std::uint32_t push_constant_bytes = 0;
-    std::uint32_t subgroup_size = 0;
+    std::uint32_t subgroup_size = 0;  ///< what shaders are told
+    std::uint32_t least_lanes = 0;    ///< what a subgroup may really have
+    std::uint32_t most_lanes = 0;
     double timestamp_ns = 0;           ///< nanoseconds per tick; 0 = no timestamps
     std::uint64_t timestamp_mask = 0;  ///< the valid bits of a tick count
+
+    /// Most subgroups of a workgroup in which fast kernels run: they have 8 lanes or more. Shaders end where a
+    /// driver runs smaller ones.
+    [[nodiscard]] std::uint32_t subgroups(std::uint32_t workgroup) const {
+        const std::uint32_t lanes = std::max(least_lanes, kLeastLanes);
+        return (workgroup + lanes - 1) / lanes;
+    }
+    static constexpr std::uint32_t kLeastLanes = 8;
 };
 
 struct DeviceFeatures {
-    bool subgroup_shuffle = false;  ///< with ballot and vote
+    bool subgroup_shuffle = false;  ///< with vote
+    bool subgroup_ballot = false;
     bool subgroup_arithmetic = false;
     bool int64 = false;
-    bool unified_memory = false;
+    bool unified_memory = false;    ///< the host reads device memory in place, through its caches
     bool many_registers = false;    ///< a CPU with 32 vector registers (AVX-512)
     bool large_code_cache = false;  ///< a CPU whose instruction cache holds loops of 40 KB
     bool packed_stores = true;  ///< false on CPUs that store pairs of floats slowly, see store.glsl
+    bool nan_mode = false;      ///< takes the mode of keep_nan.glsl; CPUs need none
 };
 
 struct DeviceInfo {
@@ -53,7 +81,10 @@ struct DeviceInfo {
     DeviceKind kind = DeviceKind::kOther;
     std::string name;
     std::string driver;
-    std::string reason;  ///< why it is not usable; empty if usable
+    std::string reason;       ///< why it is not usable; empty if usable
+    std::string passed_over;  ///< why another is chosen before this usable one; else empty
+    VkDriverId driver_id{};
+    bool conformant = true;  ///< the driver passed Khronos's tests of some version
     std::uint32_t vendor_id = 0;
     std::uint32_t device_id = 0;
     std::uint32_t vulkan_version = 0;
@@ -63,10 +94,15 @@ struct DeviceInfo {
     DeviceLimits limits;
     DeviceFeatures features;
     std::uint32_t queue_family = 0;
-    Kernels kernels = Kernels::kPlain;  ///< what kAuto means here
+    FamilyKernels kernels = {Kernels::kPlain, Kernels::kPlain,
+                             Kernels::kPlain};  ///< what kAuto means here
 
     [[nodiscard]] bool usable() const { return reason.empty(); }
 };
+
+/// The kernels that a device takes. CPU devices take all families' or none: kernels for them do not differ in what they
+/// need.
+FamilyKernels best_kernels(const DeviceInfo& info);
 
 enum class DeviceSelect : int { kBest = 0, kByIndex = 1, kByUuid = 2, kByKind = 3 };
 
@@ -77,7 +113,9 @@ struct DeviceDesc {
     DeviceKind kind = DeviceKind::kOther;
     Kernels kernels = Kernels::kAuto;
     bool validation = false;
-    std::function<void(DeviceInfo&)> fake;  ///< tests: lower limits or remove features
+    std::uint64_t max_submit_ns = 0;  ///< see Pace; SPLAT_MAX_SUBMIT_MS overrides it
+    /// Tests: lower limits or remove features. Called for every device, before one is chosen.
+    std::function<void(DeviceInfo&)> fake;
 };
 
 /// Describe all devices of an instance, usable or not.
@@ -94,8 +132,9 @@ struct CommandBuffer {
 /// A logical device with one compute queue and its own function table.
 class Device : NoCopy {
   public:
+    /// For DeviceSelect::kBest the next device is tried where the driver does not open one.
     /// Errors: kNoDevice (no device fits; lists all), kUnsupported (names what is missing),
-    /// kInvalidArgument (SPLAT_KERNELS).
+    /// kInvalidArgument (SPLAT_KERNELS), and the driver's of the last device tried.
     static Result<std::unique_ptr<Device>> create(const DeviceDesc& desc);
 
     ~Device();
@@ -103,12 +142,18 @@ class Device : NoCopy {
     [[nodiscard]] VkDevice handle() const { return device_; }
     [[nodiscard]] VkQueue queue() const { return queue_; }
     [[nodiscard]] const DeviceInfo& info() const { return info_; }
-    [[nodiscard]] Kernels kernels() const { return kernels_; }
-    /// Call it before anything on the device has the layout of other kernels.
-    void use_plain_kernels() { kernels_ = Kernels::kPlain; }
+    [[nodiscard]] Kernels kernels(Family family = Family::kNetwork) const {
+        return kernels_[static_cast<std::size_t>(family)];
+    }
+    [[nodiscard]] const FamilyKernels& all_kernels() const { return kernels_; }
+    /// Call it before anything on the device has the layout of the family's other kernels.
+    void use_plain_kernels(Family family) { make_plain(kernels_, family); }
     [[nodiscard]] const VkPhysicalDeviceMemoryProperties& memory_properties() const {
         return memory_;
     }
+
+    /// kUnsupported if a shader has more storage buffers than the device binds at once.
+    [[nodiscard]] Status check_storage_buffers(const char* shader, std::uint32_t needed) const;
 
     /// Turns a VkResult into a Status; remembers device loss.
     Status check(VkResult result, const char* call);
@@ -123,6 +168,8 @@ class Device : NoCopy {
     static constexpr std::size_t kMostSpare = 8;
     std::vector<CommandBuffer> spare;
 
+    Pace pace;
+
     VolkDeviceTable
         vk{};  ///< every device-level Vulkan call goes through here; tests replace entries
 
@@ -136,7 +183,7 @@ class Device : NoCopy {
     VkDevice device_ = VK_NULL_HANDLE;
     VkQueue queue_ = VK_NULL_HANDLE;
     DeviceInfo info_;
-    Kernels kernels_ = Kernels::kPlain;
+    FamilyKernels kernels_ = DeviceInfo().kernels;
     VkPhysicalDeviceMemoryProperties memory_{};
     std::atomic<bool> lost_{false};
 };

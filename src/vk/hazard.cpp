@@ -35,11 +35,8 @@ Status check_hazards(std::span<const Command> commands) {
         return error(Code::kInternal, "hazard: the list does not end with a barrier to the host");
     for (std::size_t later = 0; later < commands.size(); ++later) {
         if (is_barrier(commands[later])) continue;
-        bool same_dispatch = commands[later].part > 0;
-        for (std::size_t earlier = later; earlier-- > 0 && !is_barrier(commands[earlier]);) {
-            if (!same_dispatch) SPLAT_TRY(check_pair(commands, earlier, later));
-            same_dispatch = same_dispatch && commands[earlier].part > 0;
-        }
+        for (std::size_t earlier = later; earlier-- > 0 && !is_barrier(commands[earlier]);)
+            SPLAT_TRY(check_pair(commands, earlier, later));
     }
     return {};
 }

@@ -148,8 +148,22 @@ Status load_loader() {
     static const VkResult result = volkInitialize();
     if (result == VK_SUCCESS && !SPLAT_FAULT("vk.loader")) return {};
     return error(Code::kNoDevice,
-                 "no Vulkan loader found (libvulkan.so.1): install it and a driver, on Debian "
-                 "`apt-get install libvulkan1 mesa-vulkan-drivers`");
+                 "no Vulkan loader found (libvulkan.so.1): install it (Debian and Ubuntu: `apt-get "
+                 "install libvulkan1`, Fedora: `dnf install vulkan-loader`, Mac: the Vulkan SDK); "
+                 "and %s",
+                 kInstallDriver);
+}
+
+/// True if a function that counts and lists extensions has that one.
+template <class List>
+bool lists(const List& list, const char* name) {
+    std::uint32_t count = 0;
+    if (list(&count, nullptr) != VK_SUCCESS) return false;
+    std::vector<VkExtensionProperties> found(count);
+    if (list(&count, found.data()) < VK_SUCCESS) return false;
+    found.resize(count);
+    return std::ranges::any_of(
+        found, [&](const auto& one) { return std::strcmp(one.extensionName, name) == 0; });
 }
 
 /// Set `function` to the instance's of that name. Returns whether there is one.
@@ -171,6 +185,8 @@ const char* result_name(VkResult result) {
         SPLAT_NAMED(VK_SUCCESS),
         SPLAT_NAMED(VK_NOT_READY),
         SPLAT_NAMED(VK_TIMEOUT),
+        SPLAT_NAMED(VK_EVENT_SET),
+        SPLAT_NAMED(VK_EVENT_RESET),
         SPLAT_NAMED(VK_INCOMPLETE),
         SPLAT_NAMED(VK_ERROR_OUT_OF_HOST_MEMORY),
         SPLAT_NAMED(VK_ERROR_OUT_OF_DEVICE_MEMORY),
@@ -182,8 +198,16 @@ const char* result_name(VkResult result) {
         SPLAT_NAMED(VK_ERROR_FEATURE_NOT_PRESENT),
         SPLAT_NAMED(VK_ERROR_INCOMPATIBLE_DRIVER),
         SPLAT_NAMED(VK_ERROR_TOO_MANY_OBJECTS),
+        SPLAT_NAMED(VK_ERROR_FORMAT_NOT_SUPPORTED),
+        SPLAT_NAMED(VK_ERROR_FRAGMENTED_POOL),
+        SPLAT_NAMED(VK_ERROR_UNKNOWN),
         SPLAT_NAMED(VK_ERROR_OUT_OF_POOL_MEMORY),
-        SPLAT_NAMED(VK_ERROR_FRAGMENTED_POOL)};
+        SPLAT_NAMED(VK_ERROR_INVALID_EXTERNAL_HANDLE),
+        SPLAT_NAMED(VK_ERROR_FRAGMENTATION),
+        SPLAT_NAMED(VK_ERROR_INVALID_OPAQUE_CAPTURE_ADDRESS),
+        SPLAT_NAMED(VK_PIPELINE_COMPILE_REQUIRED),
+        SPLAT_NAMED(VK_ERROR_VALIDATION_FAILED_EXT),
+        SPLAT_NAMED(VK_ERROR_INVALID_SHADER_NV)};
 #undef SPLAT_NAMED
     for (const auto& [code, name] : kNames)
         if (code == result) return name;
@@ -220,17 +244,25 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
                                   .pEngineName = "libsplat",
                                   .apiVersion = VK_API_VERSION_1_2};
 
-    std::vector<const char*> extensions{VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
-    const LayerFeatures features(layer, extensions);
+    std::vector<const char*> extensions;
     VkInstanceCreateInfo info{.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
                               .pApplicationInfo = &application};
+    // Without it the loader hides drivers of a part of Vulkan, such as MoltenVK.
+    if (lists([](auto... to) { return vkEnumerateInstanceExtensionProperties(nullptr, to...); },
+              VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME)) {
+        extensions.push_back(VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME);
+        info.flags = VK_INSTANCE_CREATE_ENUMERATE_PORTABILITY_BIT_KHR;
+    }
+    std::vector<const char*> checks{VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
+    const LayerFeatures features(layer, checks);
     if (validation) {
         info.pNext = features.chain();
         info.enabledLayerCount = 1;
         info.ppEnabledLayerNames = &kValidationLayer;
-        info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
-        info.ppEnabledExtensionNames = extensions.data();
+        extensions.insert(extensions.end(), checks.begin(), checks.end());
     }
+    info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
+    info.ppEnabledExtensionNames = extensions.data();
     std::shared_ptr<Instance> instance(new Instance);
     instance->validation_ = validation;
     const VkResult result = SPLAT_FAULT("vk.create_instance")
@@ -239,11 +271,9 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     if (result == VK_ERROR_OUT_OF_HOST_MEMORY)
         return error(Code::kOutOfHostMemory, "vkCreateInstance: out of host memory");
     if (result != VK_SUCCESS)
-        return error(
-            Code::kNoDevice,
-            "vkCreateInstance failed with %s: no usable Vulkan driver; on Debian `apt-get install "
-            "mesa-vulkan-drivers` gives a software one",
-            result_name(result));
+        return error(Code::kNoDevice,
+                     "vkCreateInstance failed with %s: no usable Vulkan driver; %s",
+                     result_name(result), kInstallDriver);
     if (validation) end_devices_before(layer);
     SPLAT_TRY(instance->load_functions());
     if (validation) SPLAT_TRY(instance->create_messenger());
@@ -264,10 +294,15 @@ Status Instance::load_functions() {
         !load(get_features2, "vkGetPhysicalDeviceFeatures2") ||
         !load(get_memory_properties, "vkGetPhysicalDeviceMemoryProperties") ||
         !load(get_queue_families, "vkGetPhysicalDeviceQueueFamilyProperties") ||
-        !load(create_device, "vkCreateDevice"))
+        !load(create_device, "vkCreateDevice") ||
+        !load(get_extensions, "vkEnumerateDeviceExtensionProperties"))
         return error(Code::kNoDevice,
-                     "the Vulkan loader is older than 1.1; install libvulkan1 1.2 or later");
+                     "the Vulkan loader is older than 1.1; install one of 1.2 or later");
     return {};
+}
+
+bool Instance::has_extension(VkPhysicalDevice device, const char* name) const {
+    return lists([&](auto... to) { return get_extensions(device, nullptr, to...); }, name);
 }
 
 Status Instance::create_messenger() {

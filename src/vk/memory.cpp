@@ -63,23 +63,60 @@ MemoryUse Memory::use() const {
     return use_;
 }
 
-std::optional<std::uint32_t> Memory::memory_type(std::uint32_t allowed, MemoryKind kind) const {
-    const VkPhysicalDeviceMemoryProperties& memory = device_.memory_properties();
-    const VkMemoryPropertyFlags visible = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
-    VkMemoryPropertyFlags wishes[3] = {visible | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, visible,
-                                       visible};
+/// Types to try, best first. Discrete devices compute too slowly in the host's memory: theirs are local.
+std::vector<std::uint32_t> Memory::memory_types(std::uint32_t allowed, MemoryKind kind) const {
+    constexpr VkMemoryPropertyFlags kVisible = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
+    constexpr VkMemoryPropertyFlags kRead = kVisible | VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+    constexpr VkMemoryPropertyFlags kLocal = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+    // These need a feature, or hold no buffers.
+    constexpr VkMemoryPropertyFlags kOdd =
+        VK_MEMORY_PROPERTY_PROTECTED_BIT | VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT |
+        VK_MEMORY_PROPERTY_DEVICE_COHERENT_BIT_AMD | VK_MEMORY_PROPERTY_DEVICE_UNCACHED_BIT_AMD;
+    const DeviceInfo& info = device_.info();
+    std::vector<VkMemoryPropertyFlags> wishes{kRead, kVisible};
     if (kind == MemoryKind::kDevice) {
-        const VkMemoryPropertyFlags local = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
-        const bool unified = device_.info().features.unified_memory;
-        wishes[0] = unified ? local | visible | VK_MEMORY_PROPERTY_HOST_CACHED_BIT : local;
-        wishes[1] = unified ? local | visible : local;
-        wishes[2] = local;
+        wishes = {kLocal};
+        if (info.features.unified_memory) wishes = {kLocal | kRead, kLocal | kVisible, kLocal};
+        if (info.kind != DeviceKind::kDiscrete) wishes.push_back(0);
     }
+    const VkPhysicalDeviceMemoryProperties& memory = device_.memory_properties();
+    std::vector<std::uint32_t> types;
     for (const VkMemoryPropertyFlags wish : wishes)
         for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i)
-            if ((allowed >> i & 1U) != 0 && (memory.memoryTypes[i].propertyFlags & wish) == wish)
-                return i;
-    return std::nullopt;
+            if ((allowed >> i & 1U) != 0 &&
+                (memory.memoryTypes[i].propertyFlags & (wish | kOdd)) == wish &&
+                std::ranges::find(types, i) == types.end())
+                types.push_back(i);
+    return types;
+}
+
+/// Give a buffer its memory, of the next type where one has no room left. Returns what the type has.
+Result<VkMemoryPropertyFlags> Memory::allocate_memory(Block& block) const {
+    VkMemoryRequirements needs{};
+    device_.vk.vkGetBufferMemoryRequirements(device_.handle(), block.buffer, &needs);
+    const std::vector<std::uint32_t> types = memory_types(needs.memoryTypeBits, block.kind);
+    if (types.empty())
+        return unsupported(
+            "the device has no memory type for storage buffers that the host can see");
+    const VkPhysicalDeviceMemoryProperties& memory = device_.memory_properties();
+    const bool fault = SPLAT_FAULT("vk.allocate_memory");
+    VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    for (const std::uint32_t type : types) {
+        const VkMemoryType& found = memory.memoryTypes[type];
+        if (type != types[0] && memory.memoryHeaps[found.heapIndex].size < needs.size) continue;
+        const VkMemoryAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                            .pNext = nullptr,
+                                            .allocationSize = needs.size,
+                                            .memoryTypeIndex = type};
+        if (!fault)
+            result =
+                device_.vk.vkAllocateMemory(device_.handle(), &allocate, nullptr, &block.memory);
+        if (result != VK_ERROR_OUT_OF_DEVICE_MEMORY) {
+            SPLAT_TRY(device_.check(result, "vkAllocateMemory"));
+            return found.propertyFlags;
+        }
+    }
+    return device_.check(result, "vkAllocateMemory");
 }
 
 Status Memory::make_block(Block& block, std::uint64_t bytes) {
@@ -90,29 +127,15 @@ Status Memory::make_block(Block& block, std::uint64_t bytes) {
             ? VK_ERROR_OUT_OF_DEVICE_MEMORY
             : device_.vk.vkCreateBuffer(device_.handle(), &info, nullptr, &block.buffer),
         "vkCreateBuffer"));
-    VkMemoryRequirements needs{};
-    device_.vk.vkGetBufferMemoryRequirements(device_.handle(), block.buffer, &needs);
-    const auto type = memory_type(needs.memoryTypeBits, block.kind);
-    if (!type)
-        return unsupported(
-            "the device has no memory type for storage buffers that the host can see");
-
-    VkMemoryAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                  .allocationSize = needs.size,
-                                  .memoryTypeIndex = *type};
-    SPLAT_TRY(device_.check(
-        SPLAT_FAULT("vk.allocate_memory")
-            ? VK_ERROR_OUT_OF_DEVICE_MEMORY
-            : device_.vk.vkAllocateMemory(device_.handle(), &allocate, nullptr, &block.memory),
-        "vkAllocateMemory"));
+    SPLAT_ASSIGN(const VkMemoryPropertyFlags flags, allocate_memory(block));
     SPLAT_TRY(device_.check(
         device_.vk.vkBindBufferMemory(device_.handle(), block.buffer, block.memory, 0),
         "vkBindBufferMemory"));
-    const VkMemoryPropertyFlags flags =
-        device_.memory_properties().memoryTypes[*type].propertyFlags;
-    const bool map = block.kind == MemoryKind::kStaging ||
-                     ((flags & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0 &&
-                      device_.info().features.unified_memory && !desc_.hide_host);
+    constexpr VkMemoryPropertyFlags kRead =
+        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+    const bool map =
+        block.kind == MemoryKind::kStaging ||
+        ((flags & kRead) == kRead && device_.info().features.unified_memory && !desc_.hide_host);
     if (map) {
         void* host = nullptr;
         SPLAT_TRY(device_.check(SPLAT_FAULT("vk.map_memory")

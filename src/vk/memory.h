@@ -13,7 +13,7 @@
 namespace splat::vk {
 
 enum class MemoryKind : int {
-    kDevice = 0,   ///< fastest for shaders; host-visible only on unified memory
+    kDevice = 0,   ///< fastest for shaders; mapped only on unified memory
     kStaging = 1,  ///< host-visible, cached if possible; for transfers
 };
 inline constexpr std::size_t kMemoryKinds = 2;
@@ -101,8 +101,9 @@ class Memory : NoCopy {
     void drop_if_empty(Block& block) noexcept;
     Result<Block*> add_block(std::uint64_t bytes, MemoryKind kind, std::string_view name);
     std::optional<std::uint64_t> take(Block& block, std::uint64_t bytes, std::uint64_t payload);
-    [[nodiscard]] std::optional<std::uint32_t> memory_type(std::uint32_t allowed,
-                                                           MemoryKind kind) const;
+    [[nodiscard]] std::vector<std::uint32_t> memory_types(std::uint32_t allowed,
+                                                          MemoryKind kind) const;
+    Result<VkMemoryPropertyFlags> allocate_memory(Block& block) const;
     Status make_block(Block& block, std::uint64_t bytes);
     void destroy(Block& block) noexcept;
     [[nodiscard]] VkMappedMemoryRange mapped_range(const BufferView& view) const;

@@ -14,6 +14,13 @@ VkDescriptorType vulkan_type(DescriptorType type) {
                                                   : VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
 }
 
+/// "pipeline foo_gpu 0=256 10=1", which `tools/bench/devices --null` compiles for other devices.
+std::string pipeline_text(const char* shader, const std::vector<SpecConstant>& constants) {
+    std::string text = std::string("pipeline ") + shader;
+    for (const SpecConstant& one : constants) text += format(" %u=%u", one.id, one.value);
+    return text;
+}
+
 }  // namespace
 
 Pipelines::Pipelines(Device& device, const std::string& cache_folder, unsigned threads)
@@ -43,6 +50,7 @@ Result<Pipeline*> Pipelines::get(const char* shader, const std::vector<SpecConst
         key.constants.push_back(
             {params::kPackedStoresId, device_.info().features.packed_stores ? 1U : 0U});
     if (const auto found = pipelines_.find(key); found != pipelines_.end()) return &found->second;
+    log(LogLevel::kDebug, pipeline_text(shader, constants));
     const auto entry = pipelines_.emplace(std::move(key), Pipeline{}).first;
     struct Undo {  // frees a partly created pipeline, also when memory runs out
         Pipelines* owner;
@@ -98,6 +106,7 @@ Status Pipelines::make(Pipeline& pipeline, const char* shader,
     if (embedded == nullptr)
         return error(Code::kInternal, "no shader named '%s' is built in", shader);
     SPLAT_ASSIGN(pipeline.interface, reflect(embedded->words));
+    SPLAT_TRY(device_.check_storage_buffers(shader, pipeline.interface.storage_buffers()));
     SPLAT_TRY(make_layouts(pipeline));
 
     if (SPLAT_FAULT("vk.create_pipeline"))
@@ -111,12 +120,17 @@ Status Pipelines::make(Pipeline& pipeline, const char* shader,
 
 Status Pipelines::wait(Pipeline& pipeline) {
     const VkResult result = compiler_->wait(pipeline.job);
-    return device_.check(result, pipeline.job.call);
+    if (result >= VK_SUCCESS) return {};
+    if (result != VK_ERROR_OUT_OF_HOST_MEMORY && result != VK_ERROR_OUT_OF_DEVICE_MEMORY)
+        ++refused_;
+    return device_.check(result,
+                         format("%s of %s", pipeline.job.call, pipeline.job.module->name).c_str());
 }
 
 void Pipelines::save() noexcept {
     const std::size_t compiled = compiler_->compiled();
     if (compiled == saved_ || file_.empty() || cache_ == VK_NULL_HANDLE) return;
+    saved_ = compiled;  // a failure is not repeated for each list, either
     try {
         std::vector<std::byte> data;
         VkResult result = VK_INCOMPLETE;
@@ -131,12 +145,14 @@ void Pipelines::save() noexcept {
             data.resize(bytes);
         }
         if (result != VK_SUCCESS) return;
-        if (write_pipeline_cache(file_, device_.info(), data))
-            saved_ = compiled;
-        else
+        if (!write_pipeline_cache(file_, device_.info(), data))
             log(LogLevel::kDebug, "the pipeline cache " + file_ + " could not be written");
     } catch (...) {
     }
+}
+
+void Pipelines::save_if_complete() noexcept {
+    if (compiler_->compiled() >= pipelines_.size()) save();
 }
 
 Pipelines::~Pipelines() {

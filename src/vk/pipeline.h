@@ -37,8 +37,13 @@ class Pipelines : NoCopy {
     /// Wait until it is compiled; call it before binding. Errors: the driver's; the next call tries again.
     Status wait(Pipeline& pipeline);
 
+    /// Waits that failed because the driver did not make the pipeline, and not for want of the host's memory.
+    [[nodiscard]] std::size_t refused() const { return refused_; }
+
     /// Write the cache file if anything was added.
     void save() noexcept;
+    /// The same, once all that were asked for are compiled: a process that ends badly leaves its pipelines.
+    void save_if_complete() noexcept;
 
     [[nodiscard]] const std::string& cache_file() const { return file_; }
     [[nodiscard]] bool cache_file_was_used() const { return loaded_; }
@@ -58,7 +63,8 @@ class Pipelines : NoCopy {
     std::string file_;
     VkPipelineCache cache_ = VK_NULL_HANDLE;
     bool loaded_ = false;
-    std::size_t saved_ = 0;  ///< compiled pipelines added to the file by this object
+    std::size_t refused_ = 0;
+    std::size_t saved_ = 0;  ///< compiled pipelines when the file was written last
     std::map<Key, Pipeline> pipelines_;
     std::optional<PipelineCompiler> compiler_;
 };

@@ -74,7 +74,7 @@ bool write_all(const File& file, const void* from, std::size_t bytes) {
 }  // namespace
 
 std::string pipeline_cache_path(const std::string& folder, const DeviceInfo& info) {
-    std::string name = "pipelines-";
+    std::string name = format("pipelines-%04x-%04x-", info.vendor_id, info.device_id);
     for (const std::uint8_t byte : info.cache_uuid) name += format("%02x", byte);
     return folder + "/" + name + ".bin";
 }

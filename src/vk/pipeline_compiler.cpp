@@ -1,8 +1,11 @@
 #include "vk/pipeline_compiler.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "core/fork.h"
+#include "vk/spirv.h"
+#include "vk/watchdog.h"
 
 namespace splat::vk {
 namespace {
@@ -99,7 +102,7 @@ void PipelineCompiler::compile_next(std::unique_lock<std::mutex>& lock) noexcept
     const VkResult result = compile(job);
     lock.lock();
     job.result = result;
-    compiled_ += result == VK_SUCCESS ? 1 : 0;
+    ++compiled_;
     changed_.notify_all();
 }
 
@@ -109,6 +112,9 @@ VkResult PipelineCompiler::wait(CompileJob& job) noexcept {
         job.result = VK_NOT_READY;
         enqueue(job);
     }
+    std::optional<Watchdog> watchdog;
+    if (job.result == VK_NOT_READY)
+        watchdog.emplace(device_.info().name.c_str(), "the compilation of", job.module->name);
     while (job.result == VK_NOT_READY) {
         if (first_ != nullptr)
             compile_next(lock);
@@ -134,9 +140,13 @@ VkResult PipelineCompiler::compile(CompileJob& job) const noexcept try {
     const VkSpecializationInfo specialization{static_cast<std::uint32_t>(entries.size()),
                                               entries.data(), job.constants.size_bytes(),
                                               job.constants.data()};
+    std::vector<std::uint32_t> without_mode;
+    std::span<const std::uint32_t> words = job.module->words;
+    if (!device_.info().features.nan_mode) without_mode = without_nan_mode(words);
+    if (!without_mode.empty() && without_mode.size() < words.size()) words = without_mode;
     VkShaderModuleCreateInfo code{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-                                  .codeSize = job.module->words.size_bytes(),
-                                  .pCode = job.module->words.data()};
+                                  .codeSize = words.size_bytes(),
+                                  .pCode = words.data()};
     VkShaderModule module = VK_NULL_HANDLE;
     const VkResult made =
         device_.vk.vkCreateShaderModule(device_.handle(), &code, nullptr, &module);

@@ -46,7 +46,7 @@ class PipelineCompiler : NoCopy {
     /// the result is always fresh from the driver.
     VkResult wait(CompileJob& job) noexcept;
 
-    /// Pipelines compiled so far.
+    /// Pipelines compiled so far, or refused by the driver.
     [[nodiscard]] std::size_t compiled() const noexcept;
 
     /// End the threads and return when they have; from then on wait() does the work.

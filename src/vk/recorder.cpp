@@ -1,7 +1,6 @@
 #include "vk/recorder.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "vk/context.h"
 #include "vk/hazard.h"
@@ -10,16 +9,17 @@
 namespace splat::vk {
 namespace {
 
-/// Cautious rates, in operations and bytes per second: the slowest kernels of each class reached a few
-/// times as much.
+/// Cautious rates to begin with, in operations and bytes per second: the slowest kernels of each class reached a few
+/// times as much. What a device does is measured, see pace.h.
 struct Rates {
     double flops;
     double bytes;
 };
 
 Rates rates(const DeviceInfo& info, Kernels kernels) {
-    if (info.kind != DeviceKind::kCpu) return {2e11, 2e10};
-    return kernels == Kernels::kPlain ? Rates{5e8, 5e8} : Rates{1e10, 1e9};
+    const bool plain = kernels == Kernels::kPlain;
+    if (info.kind != DeviceKind::kCpu) return plain ? Rates{2e10, 5e9} : Rates{2e11, 2e10};
+    return plain ? Rates{5e8, 5e8} : Rates{1e10, 1e9};
 }
 
 std::uint64_t binding_bytes(const DeviceLimits& limits, DescriptorType type) {
@@ -85,22 +85,17 @@ Status check_declarations(const Command& command, bool may_alias) {
 
 }  // namespace
 
-// A desktop's watchdog ends a submit of a few seconds; shorter ones also keep a shared machine
-// responsive.
-double submit_seconds(const DeviceInfo& info) {
-    return info.kind == DeviceKind::kCpu ? 0.25 : 0.1;
-}
-
 double estimated_seconds(const DeviceInfo& info, Kernels kernels, const Work& work) {
+    constexpr double kLeastSeconds = 1e-6;  // a dispatch that does next to nothing
     const Rates rate = rates(info, kernels);
-    return std::max(work.flops / rate.flops, work.bytes / rate.bytes);
+    return kLeastSeconds + std::max(work.flops / rate.flops, work.bytes / rate.bytes);
 }
 
 const DeviceInfo& Recorder::device() const {
     return context_.device().info();
 }
-Kernels Recorder::kernels() const {
-    return context_.device().kernels();
+Kernels Recorder::kernels(Family family) const {
+    return context_.device().kernels(family);
 }
 
 Status Recorder::check_limits(const Command& command) const {
@@ -126,9 +121,9 @@ Status Recorder::check_limits(const Command& command) const {
     return {};
 }
 
-Result<Command> Recorder::command_for(const Dispatch& dispatch) {
-    SPLAT_ASSIGN(const ShaderModule* module,
-                 module_for(dispatch.op, dispatch.shader, dispatch.kernels.value_or(kernels())));
+Status Recorder::dispatch(const Dispatch& dispatch) {
+    const Kernels used = dispatch.kernels.value_or(kernels());
+    SPLAT_ASSIGN(const ShaderModule* module, module_for(dispatch.op, dispatch.shader, used));
     Command command;
     command.kind = CommandKind::kDispatch;
     command.op = dispatch.op;
@@ -141,31 +136,7 @@ Result<Command> Recorder::command_for(const Dispatch& dispatch) {
     SPLAT_TRY(check_declarations(command, dispatch.may_alias));
     SPLAT_TRY(check_limits(command));
     command.dispatch = dispatches_++;
-    return command;
-}
-
-Status Recorder::dispatch(const Dispatch& dispatch) {
-    SPLAT_ASSIGN(Command command, command_for(dispatch));
-    const auto axis = static_cast<std::size_t>(std::ranges::max_element(dispatch.groups) -
-                                               dispatch.groups.begin());
-    const std::uint32_t extent = dispatch.groups[axis];
-    const double seconds = estimated_seconds(device(), kernels(), dispatch.work);
-    const double wanted = std::ceil(seconds / submit_seconds(device()));
-    const auto parts =
-        command.pipeline->interface.uses_num_workgroups
-            ? 1U
-            : static_cast<std::uint32_t>(std::clamp(wanted, 1.0, static_cast<double>(extent)));
-    for (std::uint32_t part = 0; part < parts; ++part) {
-        const auto from = static_cast<std::uint32_t>(std::uint64_t{extent} * part / parts);
-        const auto to = static_cast<std::uint32_t>(std::uint64_t{extent} * (part + 1) / parts);
-        const double share = static_cast<double>(to - from) / extent;
-        command.part = part;
-        command.base[axis] = from;
-        command.groups[axis] = to - from;
-        command.work = {dispatch.work.flops * share, dispatch.work.bytes * share};
-        SPLAT_TRY(add(command));
-    }
-    return {};
+    return add(std::move(command), used);
 }
 
 Status Recorder::fill(const BufferView& view, std::uint32_t word) {
@@ -176,7 +147,7 @@ Status Recorder::fill(const BufferView& view, std::uint32_t word) {
     command.accesses = {write(view)};
     command.fill_word = word;
     command.work.bytes = static_cast<double>(view.bytes);
-    return add(std::move(command));
+    return add(std::move(command), kernels());
 }
 
 Status Recorder::copy(const BufferView& from, const BufferView& to) {
@@ -189,7 +160,7 @@ Status Recorder::copy(const BufferView& from, const BufferView& to) {
     command.op = "copy";
     command.accesses = {read(from), write(to)};
     command.work.bytes = 2.0 * static_cast<double>(from.bytes);
-    return add(std::move(command));
+    return add(std::move(command), kernels());
 }
 
 bool Recorder::conflicts(const Command& command) const {
@@ -206,11 +177,14 @@ void Recorder::barrier() {
     pending_.clear();
 }
 
-Status Recorder::add(Command command) {
+Status Recorder::add(Command command, Kernels kernels) {
+    const bool dispatches = command.kind == CommandKind::kDispatch;
+    command.seconds = estimated_seconds(device(), kernels, command.work);
+    command.pace = &context_.device().pace.of(dispatches ? command.shader : command.op);
+    if (dispatches && bounds) command.pace->bound = true;
     if (commands_.empty()) barrier();  // against the previous list
-    if (command.part == 0 && !omit_barriers && conflicts(command)) barrier();
-    if (command.part == 0)
-        pending_.insert(pending_.end(), command.accesses.begin(), command.accesses.end());
+    if (!omit_barriers && conflicts(command)) barrier();
+    pending_.insert(pending_.end(), command.accesses.begin(), command.accesses.end());
     commands_.push_back(std::move(command));
     return {};
 }

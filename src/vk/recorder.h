@@ -13,8 +13,8 @@ class Context;
 /// one recorded since the last barrier gets a barrier before it. No memory is allocated on the
 /// device while recording; operators take workspaces as views.
 ///
-/// A dispatch whose estimated time exceeds what one submit may take is split along its longest axis
-/// of groups (so shaders must not use gl_NumWorkGroups), and the list is cut into several submits.
+/// The list is cut into segments, one a submit, see pace.h. A dispatch that takes longer than one is split by its
+/// groups, so shaders must not use gl_NumWorkGroups.
 class Recorder {
   public:
     explicit Recorder(Context& context) : context_(context) {}
@@ -33,16 +33,16 @@ class Recorder {
     Result<CommandList> finish();
 
     [[nodiscard]] const DeviceInfo& device() const;
-    [[nodiscard]] Kernels kernels() const;
+    [[nodiscard]] Kernels kernels(Family family = Family::kNetwork) const;
 
     /// Position of the latest dispatch, for CommandList::set_push.
     [[nodiscard]] std::size_t last_dispatch() const { return dispatches_ - 1; }
 
     bool omit_barriers = false;  ///< tests: record a wrong list
+    bool bounds = false;         ///< the work of dispatches is a bound, see KernelPace::bound
 
   private:
-    Result<Command> command_for(const Dispatch& dispatch);
-    Status add(Command command);
+    Status add(Command command, Kernels kernels);
     Status check_limits(const Command& command) const;
     [[nodiscard]] bool conflicts(const Command& command) const;
     void barrier();
@@ -53,9 +53,7 @@ class Recorder {
     std::size_t dispatches_ = 0;
 };
 
-/// Longest time that one submit should take, and how long `work` takes at worst, both in seconds;
-/// see recorder.cpp.
-double submit_seconds(const DeviceInfo& info);
+/// How long `work` takes by the rates that a device is taken to have before anything is measured.
 double estimated_seconds(const DeviceInfo& info, Kernels kernels, const Work& work);
 
 }  // namespace splat::vk

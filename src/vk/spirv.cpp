@@ -9,6 +9,8 @@ namespace {
 
 // Opcodes, decorations and enumerants of the SPIR-V specification, named as there.
 enum Op : std::uint32_t {
+    OpExecutionMode = 16,
+    OpCapability = 17,
     OpTypeInt = 21,
     OpTypeFloat = 22,
     OpTypeVector = 23,
@@ -33,6 +35,8 @@ enum Decoration : std::uint32_t {
     Offset = 35,
 };
 constexpr std::uint32_t kBuiltInNumWorkgroups = 24;
+constexpr std::uint32_t kSignedZeroInfNanPreserve = 4461;
+constexpr std::uint32_t kSignedZeroInfNanPreserveCapability = 4466;
 enum StorageClass : std::uint32_t { UniformConstant = 0, PushConstant = 9, StorageBuffer = 12 };
 
 struct Type {
@@ -214,8 +218,25 @@ class Parser {
 
 }  // namespace
 
+std::uint32_t ShaderInterface::storage_buffers() const {
+    return static_cast<std::uint32_t>(
+        std::ranges::count(bindings, DescriptorType::kStorageBuffer, &ShaderBinding::type));
+}
+
 Result<ShaderInterface> reflect(std::span<const std::uint32_t> words) {
     return Parser(words).run();
+}
+
+std::vector<std::uint32_t> without_nan_mode(std::span<const std::uint32_t> words) {
+    std::vector<std::uint32_t> kept(words.begin(), words.begin() + 5);
+    for (std::size_t at = 5; at < words.size(); at += words[at] >> 16) {
+        const std::span instruction = words.subspan(at, words[at] >> 16);
+        const std::uint32_t op = instruction[0] & 0xFFFFU;
+        if (op == OpCapability && instruction[1] == kSignedZeroInfNanPreserveCapability) continue;
+        if (op == OpExecutionMode && instruction[2] == kSignedZeroInfNanPreserve) continue;
+        kept.insert(kept.end(), instruction.begin(), instruction.end());
+    }
+    return kept;
 }
 
 }  // namespace splat::vk

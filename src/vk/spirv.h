@@ -34,11 +34,16 @@ struct ShaderInterface {
     std::uint32_t push_bytes = 0;
     bool uses_num_workgroups = false;  ///< the shader cannot be split over several dispatches
     bool uses_float_atomics = false;
+
+    [[nodiscard]] std::uint32_t storage_buffers() const;
 };
 
 /// Source: the SPIR-V specification 1.5, sections 2.3 (physical layout) and 3.20 (decorations).
 /// Errors: kInternal for a module that is malformed or uses a kind of resource that the library
 /// does not.
 Result<ShaderInterface> reflect(std::span<const std::uint32_t> words);
+
+/// The module without the execution mode of shaders/include/keep_nan.glsl, for devices that lack it.
+std::vector<std::uint32_t> without_nan_mode(std::span<const std::uint32_t> words);
 
 }  // namespace splat::vk

@@ -31,18 +31,21 @@ Status Queue::run(CommandList& list, Profile* profile) {
     SPLAT_TRY(make_ready(list));
     if (list.objects_ == nullptr) return {};
     CommandList::Objects& objects = *list.objects_;
+    objects.renew(0);
     objects.submitted = objects.ended = 0;
-    std::uint64_t left_ns = timeout_ns_;
-    for (std::size_t i = 0; i < objects.segments.size(); ++i) {
+    objects.longest_seconds = 0;
+    for (std::size_t i = 0; i < objects.now.segments.size(); ++i) {
         if (i >= objects.fences.size()) {
-            SPLAT_TRY(wait(list.objects_, i + 1 - objects.fences.size(), left_ns));
+            SPLAT_TRY(wait(list.objects_, i + 1 - objects.fences.size()));
             if (!mutex_.check().ok()) break;
+            if (objects.slow) objects.renew(i);
         }
         SPLAT_TRY(submit(objects, i));
     }
-    SPLAT_TRY(wait(list.objects_, objects.submitted, left_ns));
+    SPLAT_TRY(wait(list.objects_, objects.submitted));
+    objects.ran = true;
     SPLAT_TRY(mutex_.check());
-    if (profile == nullptr || objects.queries == VK_NULL_HANDLE) return {};
+    if (profile == nullptr || objects.now.queries == VK_NULL_HANDLE) return {};
     try {
         return read_times(objects, *profile);
     } catch (const std::bad_alloc&) {
@@ -56,7 +59,8 @@ Status Queue::submit(CommandList::Objects& objects, std::size_t segment) {
         device_.check(device_.vk.vkResetFences(device_.handle(), 1, &fence), "vkResetFences"));
     VkSubmitInfo info{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                       .commandBufferCount = 1,
-                      .pCommandBuffers = &objects.buffers[segment]};
+                      .pCommandBuffers = &objects.now.buffers[segment]};
+    objects.begins[segment % objects.begins.size()] = device_.pace.now();
     const VkResult result = SPLAT_FAULT("vk.queue_submit")
                                 ? VK_ERROR_DEVICE_LOST
                                 : device_.vk.vkQueueSubmit(device_.queue(), 1, &info, fence);
@@ -69,33 +73,38 @@ Status Queue::submit(CommandList::Objects& objects, std::size_t segment) {
 }
 
 /// Wait in pieces: a stop of the process, or sleep of the machine, ends one piece and not the whole wait.
-VkResult Queue::wait_for(VkFence fence, std::uint64_t& left_ns) const {
-    using Clock = std::chrono::steady_clock;
+VkResult Queue::wait_for(VkFence fence) const {
     constexpr std::uint64_t kPieceNs = 500'000'000;
-    for (;;) {
+    for (std::uint64_t left_ns = timeout_ns_;;) {
         const std::uint64_t piece = std::min(left_ns, kPieceNs);
-        const auto begin = Clock::now();
         const VkResult result =
             device_.vk.vkWaitForFences(device_.handle(), 1, &fence, VK_TRUE, piece);
-        if (result == VK_TIMEOUT) {
-            left_ns -= piece;
-            if (left_ns == 0) return result;
-            continue;
-        }
-        const std::chrono::nanoseconds waited = Clock::now() - begin;
-        left_ns -= std::min(static_cast<std::uint64_t>(waited.count()), piece);
-        return result;
+        left_ns -= piece;
+        if (result != VK_TIMEOUT || left_ns == 0) return result;
     }
 }
 
+/// Learn from the time of the segment that has just ended: it began with its submit, or with the end of the one before.
+void Queue::learn(CommandList::Objects& objects) const {
+    const auto end = device_.pace.now();
+    auto begin = objects.begins[objects.ended % objects.begins.size()];
+    if (objects.ended > 0) begin = std::max(begin, objects.last_end);
+    objects.last_end = end;
+    const double seconds = std::chrono::duration<double>(end - begin).count();
+    objects.longest_seconds = std::max(objects.longest_seconds, seconds);
+    // Drivers of CPU devices compile shaders when they run first.
+    if (device_.pace.watched() || objects.ran)
+        objects.slow |= objects.learn(objects.now.segments[objects.ended], seconds);
+}
+
 /// Wait until the first `count` segments have ended.
-Status Queue::wait(const std::shared_ptr<CommandList::Objects>& objects, std::size_t count,
-                   std::uint64_t& left_ns) {
+Status Queue::wait(const std::shared_ptr<CommandList::Objects>& objects, std::size_t count) {
     VkResult result = VK_SUCCESS;
     for (; objects->ended < count; ++objects->ended) {
         const VkFence fence = objects->fences[objects->ended % objects->fences.size()];
-        result = SPLAT_FAULT("vk.wait_timeout") ? VK_TIMEOUT : wait_for(fence, left_ns);
+        result = SPLAT_FAULT("vk.wait_timeout") ? VK_TIMEOUT : wait_for(fence);
         if (result != VK_SUCCESS) break;
+        if (pending_ == nullptr) learn(*objects);
     }
     if (result == VK_SUCCESS) {
         if (objects->ended < objects->submitted) return {};
@@ -118,17 +127,17 @@ Status Queue::settle() {
     SPLAT_TRY(mutex_.check());
     if (pending_ == nullptr) return {};
     const auto objects = pending_;
-    std::uint64_t left_ns = timeout_ns_;
-    return wait(objects, objects->submitted, left_ns);
+    return wait(objects, objects->submitted);
 }
 
 Status Queue::read_times(const CommandList::Objects& objects, Profile& profile) {
-    std::vector<std::uint64_t> ticks(2 * objects.spans.size());
-    for (std::size_t i = 0; i < objects.spans.size(); ++i)
+    const ListCut& cut = objects.now;
+    std::vector<std::uint64_t> ticks(2 * cut.spans.size());
+    for (std::size_t i = 0; i < cut.spans.size(); ++i)
         SPLAT_TRY(
             device_.check(device_.vk.vkGetQueryPoolResults(
-                              device_.handle(), objects.queries, static_cast<std::uint32_t>(2 * i),
-                              2, 2 * sizeof(std::uint64_t), &ticks[2 * i], sizeof(std::uint64_t),
+                              device_.handle(), cut.queries, static_cast<std::uint32_t>(2 * i), 2,
+                              2 * sizeof(std::uint64_t), &ticks[2 * i], sizeof(std::uint64_t),
                               VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
                           "vkGetQueryPoolResults"));
     const DeviceLimits& limits = device_.info().limits;
@@ -137,29 +146,24 @@ Status Queue::read_times(const CommandList::Objects& objects, Profile& profile) 
                1e-6;
     };
     std::vector<double> command_ms(objects.commands.size());
-    ListTotals totals{.submits = objects.segments.size()};
-    for (std::size_t i = 0; i < objects.spans.size(); ++i) {
-        objects.deal(objects.spans[i], between(ticks[2 * i], ticks[2 * i + 1]), command_ms);
+    ListTotals totals{.submits = cut.segments.size(),
+                      .longest_submit_ms = objects.longest_seconds * 1e3};
+    for (std::size_t i = 0; i < cut.spans.size(); ++i) {
+        objects.deal(cut.spans[i], between(ticks[2 * i], ticks[2 * i + 1]), command_ms);
         if (i > 0) totals.idle_ms += between(ticks[2 * i - 1], ticks[2 * i]), ++totals.gaps;
     }
     totals.device_ms = between(ticks.front(), ticks.back());
-    for (const Command& command : objects.commands)
+    for (const Piece& piece : cut.pieces) {
+        const Command& command = objects.commands[piece.command];
         ++(is_barrier(command)                      ? totals.barriers
            : command.kind == CommandKind::kDispatch ? totals.dispatches
                                                     : totals.copies);
+    }
     profile.add_list(totals);
-    for (std::size_t i = 0;
-         i < objects.commands.size();) {  // the parts of a split dispatch count as one
+    for (std::size_t i = 0; i < objects.commands.size(); ++i) {
         const Command& command = objects.commands[i];
-        double milliseconds = 0;
-        Work work;
-        do {
-            milliseconds += command_ms[i];
-            work.flops += objects.commands[i].work.flops;
-            work.bytes += objects.commands[i].work.bytes;
-            ++i;
-        } while (i < objects.commands.size() && objects.commands[i].part > 0);
-        if (!is_barrier(command)) profile.add(command.op, command.shader, milliseconds, work);
+        if (!is_barrier(command))
+            profile.add(command.op, command.shader, command_ms[i], command.work);
     }
     return {};
 }

@@ -12,7 +12,7 @@ namespace splat::vk {
 /// Submits command lists and waits; the only place that waits for the device.
 class Queue : NoCopy {
   public:
-    /// `timeout_ns` bounds the wait for a list; a suspension of the process counts as at most 0.5 s.
+    /// `timeout_ns` bounds the wait for a segment; a suspension of the process counts as at most 0.5 s.
     Queue(Device& device, Memory& memory, const DeviceMutex& mutex, std::uint64_t timeout_ns)
         : device_(device), memory_(memory), mutex_(mutex), timeout_ns_(timeout_ns) {}
     ~Queue();
@@ -21,11 +21,11 @@ class Queue : NoCopy {
     /// this was not called. Errors: kCancelled between pipelines too; those of run().
     Status make_ready(CommandList& list);
 
-    /// Run a list to its end, one segment ahead of the device. Errors: kTimeout if the device did not finish
-    /// (it may later; the next call first waits for it, and buffers freed meanwhile are not reused; segments
-    /// not yet submitted do not run), kDeviceLost for ever after a loss, kCancelled if the call was cancelled,
-    /// once the segments submitted have ended, and the driver's. A profile lacks times that host memory does not
-    /// hold.
+    /// Run a list to its end, one segment ahead of the device, and learn from the segments' times. Errors: kTimeout if
+    /// the device did not finish one (it may later; the next call first waits for it, and buffers freed meanwhile are
+    /// not reused; segments not yet submitted do not run), kDeviceLost for ever after a loss, kCancelled if the call
+    /// was cancelled, once the segments submitted have ended, and the driver's. A profile lacks times that host
+    /// memory does not hold.
     Status run(CommandList& list, Profile* profile);
 
     /// Wait for a list that timed out before, if there is one. Errors: those of run().
@@ -33,9 +33,9 @@ class Queue : NoCopy {
 
   private:
     Status submit(CommandList::Objects& objects, std::size_t segment);
-    VkResult wait_for(VkFence fence, std::uint64_t& left_ns) const;
-    Status wait(const std::shared_ptr<CommandList::Objects>& objects, std::size_t count,
-                std::uint64_t& left_ns);
+    [[nodiscard]] VkResult wait_for(VkFence fence) const;
+    void learn(CommandList::Objects& objects) const;
+    Status wait(const std::shared_ptr<CommandList::Objects>& objects, std::size_t count);
     Status read_times(const CommandList::Objects& objects, Profile& profile);
 
     Device& device_;

@@ -6,13 +6,14 @@
 
 namespace splat::vk {
 
-std::vector<CommandSpan> timed_spans(const std::vector<Command>& commands,
-                                     const std::vector<CommandSpan>& segments, bool alone) {
-    std::vector<CommandSpan> spans;
-    for (const CommandSpan& segment : segments) {
+std::vector<PieceSpan> timed_spans(const std::vector<Command>& commands,
+                                   const std::vector<Piece>& pieces,
+                                   const std::vector<PieceSpan>& segments, bool alone) {
+    std::vector<PieceSpan> spans;
+    for (const PieceSpan& segment : segments) {
         bool open = false;
         for (std::size_t i = segment.first; i < segment.last; ++i) {
-            if (is_barrier(commands[i])) {
+            if (is_barrier(commands[pieces[i].command])) {
                 open = false;
             } else if (open && !alone) {
                 spans.back().last = i + 1;
@@ -50,6 +51,7 @@ void Profile::add_list(const ListTotals& totals) {
     totals_.gaps += totals.gaps;
     totals_.idle_ms += totals.idle_ms;
     totals_.device_ms += totals.device_ms;
+    totals_.longest_submit_ms = std::max(totals_.longest_submit_ms, totals.longest_submit_ms);
 }
 
 void Profile::add_read(std::uint64_t bytes) {
@@ -108,7 +110,8 @@ std::string Profile::json(const std::string& device) const {
     json.member("copies", totals_.copies);
     json.member("barriers", totals_.barriers);
     json.member("bytes", bytes);
-    json.key("device_ms").number(totals_.device_ms, 9).end();
+    json.key("device_ms").number(totals_.device_ms, 9);
+    json.key("longest_submit_ms").number(totals_.longest_submit_ms, 9).end();
     json.newline(1).key("transfers").begin_object().member("reads", transfers_.reads);
     json.member("read_bytes", transfers_.read_bytes).member("writes", transfers_.writes);
     json.member("written_bytes", transfers_.written_bytes).end().end();
@@ -135,9 +138,9 @@ std::string Profile::table(const std::string& device) const {
     const auto count = [](std::uint64_t n) { return llu(n); };
     text += format(
         "%llu lists: %llu submits, %llu dispatches, %llu fills and copies, %llu barriers, %.3f ms "
-        "from first to last\n",
+        "from first to last; the longest submit took %.3f ms\n",
         count(lists_), count(totals_.submits), count(totals_.dispatches), count(totals_.copies),
-        count(totals_.barriers), totals_.device_ms);
+        count(totals_.barriers), totals_.device_ms, totals_.longest_submit_ms);
     text += format("%llu reads of %llu bytes, %llu writes of %llu bytes\n", count(transfers_.reads),
                    count(transfers_.read_bytes), count(transfers_.writes),
                    count(transfers_.written_bytes));

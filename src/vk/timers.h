@@ -12,26 +12,28 @@
 
 namespace splat::vk {
 
-/// Commands [first, last) of a list.
-struct CommandSpan {
+/// Pieces [first, last) of a list.
+struct PieceSpan {
     std::size_t first;
     std::size_t last;
 };
 
-/// What two timestamps enclose: each command alone, or all commands between two barriers of a submit, which may
+/// What two timestamps enclose: each piece alone, or all pieces between two barriers of a submit, which may
 /// overlap on a GPU; timestamps around each would serialise them.
-std::vector<CommandSpan> timed_spans(const std::vector<Command>& commands,
-                                     const std::vector<CommandSpan>& segments, bool alone);
+std::vector<PieceSpan> timed_spans(const std::vector<Command>& commands,
+                                   const std::vector<Piece>& pieces,
+                                   const std::vector<PieceSpan>& segments, bool alone);
 
 /// What one run of a command list did.
 struct ListTotals {
     std::uint64_t submits = 0;
-    std::uint64_t dispatches = 0;  ///< counts each part of a split one
+    std::uint64_t dispatches = 0;  ///< counts each piece of a split one
     std::uint64_t copies = 0;      ///< copies and fills
     std::uint64_t barriers = 0;
-    std::uint64_t gaps = 0;  ///< between commands, or levels of them, that were timed
-    double idle_ms = 0;      ///< in the gaps
-    double device_ms = 0;    ///< from the first command's beginning to the last one's end
+    std::uint64_t gaps = 0;        ///< between commands, or levels of them, that were timed
+    double idle_ms = 0;            ///< in the gaps
+    double device_ms = 0;          ///< from the first command's beginning to the last one's end
+    double longest_submit_ms = 0;  ///< on the host's clock
 };
 
 /// Copies between host memory and buffers, one of each call.
@@ -54,8 +56,8 @@ class Profile {
 
     /// {"device": …, "ops": [{"op", "kernel", "count", "total_ms", "min_ms", "median_ms", "bytes", "flops"}],
     /// "idle": {"count", "total_ms"}, "lists": {"count", "submits", "dispatches", "copies", "barriers", "bytes",
-    /// "device_ms"}, "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}, longest first; of an operator,
-    /// bytes and flops are means over the dispatches.
+    /// "device_ms", "longest_submit_ms"}, "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}, longest
+    /// first; an operator's bytes and flops are means over the dispatches.
     [[nodiscard]] std::string json(const std::string& device) const;
     /// The same as a table, with rates over the total time.
     [[nodiscard]] std::string table(const std::string& device) const;

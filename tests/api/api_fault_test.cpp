@@ -329,6 +329,10 @@ class ApiSelfTest : public testing::Test {
     static splat_kernels kernels_of(splat_device device) {
         return got(splat_device_get_info, device).kernels;
     }
+    /// Which kernels are plain instead, and why.
+    static std::string note_of(splat_device device) {
+        return got(splat_device_get_info, device).kernels_note;
+    }
     static splat_result draw_with(splat_device device, Rasterizer& rasterizer,
                                   std::uint32_t flags = 0) {
         const splat_rasterizer_desc wanted = rasterizer_desc(5, 32, 32, flags);
@@ -353,17 +357,21 @@ TEST_F(ApiSelfTest, WrongKernelsAreReplacedOrRefused) {
     EXPECT_EQ(kernels_of(device), SPLAT_KERNELS_CPU);
     fault::arm("self_test.wrong", 1);
     EXPECT_REFUSED(draw_with(device, rasterizer_), SPLAT_ERROR_NO_DEVICE,
-                   "computes wrongly with plain kernels: a scene of three Gaussians is off by 1");
+                   "computes wrongly with plain kernels: a sort of 5,000 keys is off by 1");
     EXPECT_EQ(fault::disarm(), 2U) << "the fast kernels, then the plain ones";
     const std::string told = splat_last_error_message();
     const auto info = got(splat_device_get_info, device);
     EXPECT_TRUE(holds(told, info.driver)) << told << " names version and compiler";
     EXPECT_DONE(draw_with(device, rasterizer_));
-    EXPECT_EQ(kernels_of(device), SPLAT_KERNELS_PLAIN);
+    constexpr const char* kNote =
+        "kernels: network cpu, sort plain, blend plain; plain kernels instead of cpu ones (sort): "
+        "a sort of 5,000 keys is off by 1, at most 0 is right";
+    EXPECT_EQ(note_of(device), kNote);
+    EXPECT_EQ(kernels_of(device), SPLAT_KERNELS_CPU) << "those of networks";
     rasterizer_.destroy();
 
     const Device again = open_device(desc_);
-    EXPECT_EQ(kernels_of(again), SPLAT_KERNELS_PLAIN) << "the fast ones are known to be wrong";
+    EXPECT_EQ(note_of(again), kNote) << "the fast ones are known to be wrong";
     fault::arm("self_test.wrong", 1);
     EXPECT_DONE(draw_with(again, rasterizer_));
     EXPECT_EQ(fault::disarm(), 0U) << "a result is kept";
@@ -373,19 +381,35 @@ TEST_F(ApiSelfTest, WrongKernelsAreReplacedOrRefused) {
     EXPECT_EQ(files, 1U) << "for the next process";
 }
 
-/// A model keeps its weights in the layout of the kernels, so they cannot be replaced under it.
+/// A rasterizer has memory for its kernels, so they cannot be replaced under it; those of others can.
 TEST_F(ApiSelfTest, ObjectsKeepTheirKernels) {
     const Device device = open_device(desc_);
     const Tensor x = make_tensor(device, {1, 4}), y = make_tensor(device, {1, 4});
     const Op op = make_op(device, OpRequest("silu", {x}, {y}));
+    EXPECT_DONE(draw_with(device, rasterizer_));
+    Rasterizer second;
     fault::arm("self_test.wrong", 1, 1);
-    EXPECT_REFUSED(draw_with(device, rasterizer_), SPLAT_ERROR_NO_DEVICE, "open the device again");
+    EXPECT_REFUSED(draw_with(device, second, SPLAT_RASTERIZER_BACKWARD), SPLAT_ERROR_NO_DEVICE,
+                   "open the device again");
     EXPECT_EQ(fault::disarm(), 1U);
     EXPECT_EQ(kernels_of(device), SPLAT_KERNELS_CPU);
     EXPECT_DONE(splat_op_forward(op));
     const Device again = open_device(desc_);
-    EXPECT_EQ(kernels_of(again), SPLAT_KERNELS_PLAIN);
-    EXPECT_DONE(draw_with(again, rasterizer_));
+    EXPECT_TRUE(holds(note_of(again), "(blend): the gradient of a scene")) << note_of(again);
+    EXPECT_EQ(kernels_of(again), SPLAT_KERNELS_CPU);
+    EXPECT_DONE(draw_with(again, second, SPLAT_RASTERIZER_BACKWARD));
+}
+
+/// An operator does not keep the kernels of rasterizers from being replaced.
+TEST_F(ApiSelfTest, ObjectsOfOtherKernelsStay) {
+    const Device device = open_device(desc_);
+    const Tensor x = make_tensor(device, {1, 4}), y = make_tensor(device, {1, 4});
+    const Op op = make_op(device, OpRequest("silu", {x}, {y}));
+    fault::arm("self_test.wrong", 1, 1);
+    EXPECT_DONE(draw_with(device, rasterizer_));
+    EXPECT_EQ(fault::disarm(), 4U) << "the sort for CPUs, then all parts with plain kernels";
+    EXPECT_TRUE(holds(note_of(device), "(sort)")) << note_of(device);
+    EXPECT_DONE(splat_op_forward(op));
 }
 
 /// Every family is asked for, and passes, with each set of kernels. A profile does not count the test.

@@ -49,6 +49,8 @@ Findings check_words(const TextFile& file) {
         {std::regex(R"(GL_EXT_shader_atomic_float)"), "float atomics: not reproducible"},
         {std::regex(R"(\batomicCompSwap\b)"), "atomicCompSwap: a float atomic in disguise"},
         {std::regex(R"(GL_EXT_buffer_reference)"), "buffer_reference: invisible to validation"},
+        {std::regex(R"(\bshared\b.*\[.*\bgl_WorkGroupSize\b)"),
+         "a shared array of gl_WorkGroupSize: Metal refuses it, take kWorkgroupSize"},
     };
     Findings findings;
     const std::vector<std::string> lines = lines_of(without_comments(file.text));
@@ -200,6 +202,8 @@ TEST(Shaders, RuleFindsForbiddenWords) {
     expect_found(check_shader("atomicCompSwap(a, b, c);\n"), 1, "disguise");
     expect_found(check_shader("#extension GL_EXT_buffer_reference : require\n"), 1,
                  "buffer_reference");
+    expect_found(check_shader("shared vec4 sums[2 * gl_WorkGroupSize.x];\n"), 1, "kWorkgroupSize");
+    expect_none(check_shader("shared vec4 sums[kWorkgroupSize];\n"));
 }
 
 TEST(Shaders, RuleAcceptsNamedIds) {

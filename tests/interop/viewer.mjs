@@ -259,9 +259,11 @@ async function inPage(browser, picture) {
     expect(await viewer("turning"), "the view does not turn");
     await browser.value('document.body.style.paddingBottom = "3000px"; scrollTo(0, 3000)');
     await browser.until('document.querySelector(".splat").viewer.unseen', 10);
-    await browser.value("new Promise(done => setTimeout(done, 200))");  // the frame that was under way
-    const drawn = await viewer("last");
-    await browser.value("new Promise(done => setTimeout(done, 500))");
+    let drawn = -1;
+    for (let tries = 0; tries < 10 && await viewer("last") !== drawn; ++tries) {  // frames that were under way
+        drawn = await viewer("last");
+        await browser.value("new Promise(done => setTimeout(done, 500))");
+    }
     expect(await viewer("last") === drawn, "a view that nobody sees draws");
     await browser.value("scrollTo(0, 0)");
     await browser.until(`document.querySelector(".splat").viewer.last > ${drawn}`, 10);

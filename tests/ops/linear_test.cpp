@@ -103,11 +103,19 @@ TEST(LinearReference, GradcheckFloat64) {
 }
 
 TEST(LinearCheck, RefusesProductsBeyond31Bits) {
-    EXPECT_OK(ops::linear_check({1U << 15, 1U << 15, 16, true}));
-    EXPECT_ERROR(ops::linear_check({1U << 16, 1U << 16, 1, true}), Code::kUnsupported, "2^31");
-    EXPECT_ERROR(ops::linear_check({1U << 16, 1, 1U << 16, true}), Code::kUnsupported, "2^31");
-    EXPECT_ERROR(ops::linear_check({1, 1U << 16, 1U << 16, true}), Code::kUnsupported, "2^31");
-    EXPECT_ERROR(ops::linear_check({~0U, ~0U, ~0U, true}), Code::kUnsupported, "2^31");
+    vk::DeviceInfo cpu, gpu;
+    cpu.kind = vk::DeviceKind::kCpu;
+    gpu.kind = vk::DeviceKind::kDiscrete;
+    for (const vk::DeviceInfo& device : {cpu, gpu}) {
+        EXPECT_OK(ops::linear_check(device, {1U << 15, 1U << 15, 16, true}));
+        for (const ops::LinearDesc& desc : {ops::LinearDesc{1U << 16, 1U << 16, 1, true},
+                                            {1U << 16, 1, 1U << 16, true},
+                                            {1, 1U << 16, 1U << 16, true},
+                                            {~0U, ~0U, ~0U, true}})
+            EXPECT_ERROR(ops::linear_check(device, desc), Code::kUnsupported, "2^31");
+    }
+    EXPECT_ERROR(ops::linear_check(cpu, {1, 65001, 1, true}), Code::kUnsupported, "at most 65000");
+    EXPECT_OK(ops::linear_check(gpu, {1, 65001, 1, true}));
 }
 
 }  // namespace

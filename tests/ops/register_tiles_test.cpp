@@ -1,8 +1,10 @@
-// The CPU decides the register tiles and the form of stores. Whatever it decides, the order of sums
-// is the same.
+// The CPU, or the driver of a GPU, decides the register tiles, the CPU the form of stores too. Whatever it decides, the
+// order of sums is the same.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
+#include <span>
 
 #include "conv2d_case.h"
 #include "support/gpu_env.h"
@@ -20,19 +22,40 @@ OpCall linear_call(const MatrixShape& s, std::uint64_t seed) {
     return call;
 }
 
-TEST(RegisterTiles, GiveTheSameBits) {
-    const std::function<void(vk::DeviceFeatures&)> kinds[] = {
-        [](vk::DeviceFeatures& cpu) { cpu.many_registers = cpu.large_code_cache = false; },
-        [](vk::DeviceFeatures& cpu) { cpu.many_registers = true, cpu.large_code_cache = false; },
-        [](vk::DeviceFeatures& cpu) { cpu.many_registers = cpu.large_code_cache = true; },
-        [](vk::DeviceFeatures& cpu) { cpu.packed_stores = !cpu.packed_stores; }};
+OpCall attention_call(std::array<std::uint32_t, 3> s, std::uint64_t seed) {
+    const std::size_t count = std::size_t{s[0]} * s[1] * s[2];
+    OpCall call;
+    call.op = "attention";
+    for (std::uint64_t i = 0; i < 3; ++i)
+        call.inputs.push_back({{s[0], s[1], s[2]}, normal_fill(count, seed + i)});
+    call.grad_outputs = {{{s[0], s[1], s[2]}, normal_fill(count, seed + 3)}};
+    return call;
+}
+
+/// All calls have the bits of the first context in each other one.
+void expect_same_bits(vk::Kernels kernels,
+                      std::span<const std::function<void(vk::DeviceInfo&)>> kinds,
+                      const std::vector<OpCall>& calls) {
     std::vector<std::shared_ptr<vk::Context>> contexts;
     for (const auto& kind : kinds) {
-        vk::ContextDesc desc = context_desc(vk::Kernels::kCpu);
-        desc.device.fake = [&kind](vk::DeviceInfo& info) { kind(info.features); };
+        vk::ContextDesc desc = context_desc(kernels);
+        desc.device.fake = kind;
         contexts.push_back(make_context(desc));
         ASSERT_NE(contexts.back(), nullptr);
     }
+    for (const OpCall& call : calls) {
+        const OpResult expected = run_op(*contexts[0], call);
+        ASSERT_OK(expected.status);
+        for (std::size_t kind = 1; kind < contexts.size(); ++kind) {
+            const OpResult got = run_op(*contexts[kind], call);
+            ASSERT_OK(got.status);
+            EXPECT_EQ(got.outputs, expected.outputs) << call.op << ", kind " << kind;
+            EXPECT_EQ(got.grad_inputs, expected.grad_inputs) << call.op << ", kind " << kind;
+        }
+    }
+}
+
+std::vector<OpCall> product_calls() {
     std::vector<OpCall> calls;
     // 64 tiles of F(4x4), 240 or 256 of F(2x2): enough for wide tiles; then 3 and 9 of F(4x4), no eights.
     for (const int winograd : {2, 4})
@@ -46,16 +69,35 @@ TEST(RegisterTiles, GiveTheSameBits) {
     // One to four blocks of 8 outputs, rows that fill no tile.
     for (const std::uint32_t out : {5U, 13U, 24U, 29U, 72U})
         calls.push_back(linear_call({101, 19, out}, 820));
-    for (const OpCall& call : calls) {
-        const OpResult expected = run_op(*contexts[0], call);
-        ASSERT_OK(expected.status);
-        for (std::size_t kind = 1; kind < contexts.size(); ++kind) {
-            const OpResult got = run_op(*contexts[kind], call);
-            ASSERT_OK(got.status);
-            EXPECT_EQ(got.outputs, expected.outputs) << call.op << ", kind " << kind;
-            EXPECT_EQ(got.grad_inputs, expected.grad_inputs) << call.op << ", kind " << kind;
-        }
-    }
+    return calls;
+}
+
+TEST(RegisterTiles, GiveTheSameBits) {
+    const std::function<void(vk::DeviceInfo&)> kinds[] = {
+        [](vk::DeviceInfo& cpu) {
+            cpu.features.many_registers = cpu.features.large_code_cache = false;
+        },
+        [](vk::DeviceInfo& cpu) {
+            cpu.features.many_registers = true, cpu.features.large_code_cache = false;
+        },
+        [](vk::DeviceInfo& cpu) {
+            cpu.features.many_registers = cpu.features.large_code_cache = true;
+        },
+        [](vk::DeviceInfo& cpu) { cpu.features.packed_stores = !cpu.features.packed_stores; }};
+    expect_same_bits(vk::Kernels::kCpu, kinds, product_calls());
+}
+
+TEST(RegisterTiles, GiveTheSameBitsOnGpusOfEachDriver) {
+    const std::function<void(vk::DeviceInfo&)> kinds[] = {
+        [](vk::DeviceInfo&) {},
+        [](vk::DeviceInfo& gpu) { gpu.driver_id = VK_DRIVER_ID_NVIDIA_PROPRIETARY; }};
+    std::vector<OpCall> calls = product_calls();
+    Conv2dCase direct = Conv2dCase::normal(ConvShape{2, 20, 9, 11, 44, 3}, 830);
+    calls.push_back(direct.call());
+    // More output features than tiles of 16 and of 32, and 600 columns: tiles of 8 and of 4 by 64 lanes.
+    calls.push_back(linear_call({101, 40, 50}, 840));
+    calls.push_back(attention_call({1, 20, 600}, 850));
+    expect_same_bits(vk::Kernels::kGpu, kinds, calls);
 }
 
 }  // namespace

@@ -127,8 +127,9 @@ TEST_P(RasterizerContributions, PassesAreAdded) {
     const std::vector<RasterCase> views = two_views(scene);
     const raster::RasterDesc desc = contribution_desc(views[0], kRasterModes[1]);
     vk::ContextDesc lowered = context_desc(GetParam());
-    lowered.device.fake = [](vk::DeviceInfo& info) {
-        info.limits.max_storage_buffer_bytes = 32 * 64 * 2 * 16;
+    const std::uint64_t record_bytes = GetParam() == vk::Kernels::kCpu ? 16 : 64;  // in one binding
+    lowered.device.fake = [record_bytes](vk::DeviceInfo& info) {
+        info.limits.max_storage_buffer_bytes = 32 * 64 * 2 * record_bytes;
     };
     const auto narrow = make_context(lowered);
     const Drawing whole = drawing_of(context(), views, desc);

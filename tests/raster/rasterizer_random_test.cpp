@@ -11,6 +11,10 @@
 #include "raster/raster_scenes.h"
 #include "raster/raster_session.h"
 #include "support/rng_fill.h"
+#include "raster/fragile.h"
+#include "raster/raster_compare.h"
+#include "raster/rasterizer_harness.h"
+#include "support/expect_status.h"
 
 namespace splat::test {
 namespace {
@@ -86,6 +90,27 @@ SPLAT_INSTANTIATE_KERNELS(RasterizerRandomFull);
 TEST_P(RasterizerRandomFull, ManySeeds) {
     const std::string first = environment("SPLAT_TEST_SEED").value_or("1000");
     expect_seeds(std::strtoull(first.c_str(), nullptr, 10), 400, true);
+}
+
+class RasterizerNormals : public KernelsTest {};
+SPLAT_INSTANTIATE_KERNELS(RasterizerNormals);
+
+// Golden files hold no normals; everything else of the same scenes is compared there.
+TEST_P(RasterizerNormals, MatchFloat64) {
+    const RasterCase scene = random_scene({200, 67, 45}, 31);
+    for (const RasterMode& mode : kRasterModes) {
+        const ref::RasterScene<double> reference = reference_scene<double>(scene, mode);
+        RasterOutputs expected;
+        expected.normal = reference_outputs(reference).normal;
+        const RasterRun run = run_raster(context(), scene, raster_desc(scene, mode));
+        ASSERT_OK(run.status) << mode.name;
+        RasterOutputs got;
+        got.normal = run.outputs.normal;
+        RasterSubject subject;
+        subject.what = mode.name;
+        subject.fragile = fragile_pixels(reference);
+        EXPECT_TRUE(outputs_match(got, expected, subject));
+    }
 }
 
 }  // namespace

@@ -55,22 +55,22 @@ Results results_of(vk::Context& context, const RasterCase& scene, const raster::
     return results;
 }
 
-/// 1000 Gaussians of 12 quads of colours in slices of 256, the last one shorter.
+/// 700 Gaussians of 12 quads of colours in slices of 256, the last one shorter. A binding holds all records.
 TEST_P(RasterizerSlices, SlicesOfGaussiansGiveTheSameBits) {
-    const RasterCase scene = random_scene({1000, 40, 33}, 95, 3);
+    const RasterCase scene = random_scene({700, 40, 33}, 95, 3);
     const raster::RasterDesc desc = with_gradients(raster_desc(scene, kRasterModes[1]));
     vk::ContextDesc lowered = context_desc(GetParam());
     lowered.device.fake = [](vk::DeviceInfo& info) {
-        info.limits.max_storage_buffer_bytes = 256 * 12 * 16;
+        info.limits.max_storage_buffer_bytes = 511 * 12 * 16;
     };
     const auto narrow = make_context(lowered);
-    ASSERT_EQ(raster::slice_size(narrow->device().info(), desc), 256U);
-    ASSERT_GT(raster::slice_size(context().device().info(), desc), 1000U);
+    ASSERT_EQ(raster::slice_size(narrow->device().info(), GetParam(), desc), 256U);
+    ASSERT_GT(raster::slice_size(context().device().info(), GetParam(), desc), 1000U);
     const Results whole = results_of(context(), scene, desc);
     const Results slices = results_of(*narrow, scene, desc);
     ASSERT_EQ(slices.stats.passes, 1U) << "gradients are added in another order";
     EXPECT_EQ(slices.stats.visible, whole.stats.visible);
-    EXPECT_GT(whole.stats.visible, 800U);
+    EXPECT_GT(whole.stats.visible, 560U);
     EXPECT_EQ(slices.image, whole.image);
     EXPECT_EQ(slices.normals, whole.normals);
     EXPECT_EQ(slices.gradients, whole.gradients);

@@ -7,6 +7,18 @@
 
 namespace splat::ref {
 
+/// How far a device may be off: Vulkan's table "Precision of Individual Operations" (appendix A, the environment for
+/// SPIR-V) for float32, in roundings of 2^-24 of the result. A unit in the last place is one or two of them: two are
+/// taken. Sums and products are correctly rounded: one, to nearest on every driver known.
+inline constexpr double kQuotientRoundings = 5;     ///< 2.5 units
+inline constexpr double kInverseRootRoundings = 4;  ///< 2 units
+/// For sqrt and length, which the table derives from 1 / inversesqrt.
+inline constexpr double kRootRoundings = kInverseRootRoundings + kQuotientRoundings;
+/// For exp and exp2 of x: 3 + 2 |x| units.
+inline double exp_roundings(double x) {
+    return 6 + 4 * std::abs(x);
+}
+
 /// A float64 value with the magnitude S of Summed (K = 1): what the roundings of a float32 computation
 /// of the same expression add up to, to first order and at worst. A reference written for any number
 /// type gives values with double and magnitudes with this one; the rules are those of errors in sums,

@@ -45,19 +45,23 @@ TEST_F(Device, DescribesEveryDevice) {
         EXPECT_STRNE(device_kind_name(info.kind), "unknown");
         if (!info.usable()) continue;
         EXPECT_GE(info.limits.max_storage_buffer_bytes, 1U << 27);  // the least Vulkan 1.2 allows
+        EXPECT_GE(info.limits.max_allocation_bytes, info.limits.max_storage_buffer_bytes);
+        EXPECT_GE(info.limits.max_buffer_bytes, info.limits.max_allocation_bytes);
         EXPECT_GE(info.limits.max_texel_elements, 65536U);
         EXPECT_GE(info.limits.max_group_invocations, 128U);
         EXPECT_GE(info.limits.push_constant_bytes, 128U);
         EXPECT_GE(info.limits.heap_bytes, 1U << 20);
         EXPECT_EQ(info.limits.offset_alignment % 16, 0U);
-        EXPECT_GE(info.limits.subgroup_size, 1U);
+        EXPECT_GE(info.limits.least_lanes, 1U);
+        EXPECT_GE(info.limits.subgroup_size, info.limits.least_lanes);
+        EXPECT_GE(info.limits.most_lanes, info.limits.subgroup_size);
     }
 }
 
 TEST_F(Device, OpensTheBestByDefault) {
     const auto device = need(vk::Device::create(desc()));
     for (const DeviceInfo& info : infos_)
-        if (info.usable()) {
+        if (info.usable() && info.passed_over.empty()) {
             EXPECT_GE(device->info().kind, info.kind);
         }
 }
@@ -105,7 +109,7 @@ TEST_F(Device, AbsentDeviceIsAnErrorThatListsWhatThereIs) {
 
 TEST_F(Device, EnvironmentForcesKernels) {
     for (const Kernels kernels : {Kernels::kPlain, Kernels::kCpu, Kernels::kGpu}) {
-        if (kernels != Kernels::kPlain && infos_[0].kernels == Kernels::kPlain) continue;
+        if (kernels != Kernels::kPlain && infos_[0].kernels[0] == Kernels::kPlain) continue;
         setenv("SPLAT_KERNELS", kernels_name(kernels), 1);
         EXPECT_EQ(vk::Device::create(desc()).value()->kernels(), kernels);
     }
@@ -140,6 +144,35 @@ TEST_F(Device, FastKernelsNeedSharedMemoryAndWorkgroups) {
     EXPECT_EQ(vk::Device::create(narrow).value()->kernels(), Kernels::kPlain);
 }
 
+/// The families of a GPU's kernels differ in what they need.
+TEST_F(Device, GpusRunWhatTheyCanOfEachFamily) {
+    const auto run = [&](const std::function<void(DeviceInfo&)>& lower) {
+        DeviceDesc gpu = desc();
+        gpu.fake = [&](DeviceInfo& info) {
+            info.kind = DeviceKind::kDiscrete;
+            info.features.subgroup_shuffle = info.features.subgroup_ballot = true;
+            info.features.subgroup_arithmetic = true;
+            info.limits.subgroup_size = info.limits.least_lanes = 16;
+            info.limits.shared_memory_bytes = 16384;
+            info.limits.max_group_invocations = 256;
+            lower(info);
+        };
+        return kernels_text(need(vk::Device::create(gpu))->all_kernels());
+    };
+    EXPECT_EQ(run([](DeviceInfo&) {}), "gpu");
+    EXPECT_EQ(run([](DeviceInfo& info) { info.features.subgroup_shuffle = false; }),
+              "network plain, sort gpu, blend gpu");
+    EXPECT_EQ(run([](DeviceInfo& info) { info.features.subgroup_ballot = false; }),
+              "network gpu, sort plain, blend gpu");
+    EXPECT_EQ(run([](DeviceInfo& info) { info.features.subgroup_arithmetic = false; }), "gpu");
+    EXPECT_EQ(run([](DeviceInfo& info) { info.limits.subgroup_size = 4; }),
+              "network plain, sort plain, blend gpu");
+    EXPECT_EQ(run([](DeviceInfo& info) { info.limits.least_lanes = 8; }),
+              "network gpu, sort plain, blend gpu")
+        << "counters of 16 subgroups take 17,408 bytes";
+    EXPECT_EQ(run([](DeviceInfo& info) { info.limits.max_group_invocations = 128; }), "plain");
+}
+
 TEST_F(Device, CpuKernelsNeed64BitIntegers) {
     DeviceDesc poor = desc();
     poor.fake = [](DeviceInfo& info) { info.features.int64 = false; };
@@ -160,6 +193,46 @@ TEST_F(Device, FakedLimitsReplaceTheRealOnes) {
                  "1 to 2");
 }
 
+PFN_vkGetPhysicalDeviceProperties2 g_properties;
+
+VKAPI_ATTR void VKAPI_CALL small_buffers(VkPhysicalDevice device,
+                                         VkPhysicalDeviceProperties2* out) {
+    g_properties(device, out);
+    auto* next = static_cast<VkPhysicalDeviceMaintenance4Properties*>(out->pNext);
+    if (next->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_4_PROPERTIES)
+        next->maxBufferSize = 3U << 20;
+}
+
+TEST_F(Device, TheLargestBufferBoundsAllocationsAndBindings) {
+    g_properties = instance_->get_properties2;
+    instance_->get_properties2 = small_buffers;
+    const DeviceInfo info = describe_devices(*instance_).value().at(0);
+    instance_->get_properties2 = g_properties;
+    if (info.vulkan_version < VK_API_VERSION_1_3) GTEST_SKIP() << "the driver need not know it";
+    EXPECT_EQ(info.limits.max_buffer_bytes, 3U << 20);
+    EXPECT_EQ(info.limits.max_allocation_bytes, 3U << 20);
+    EXPECT_EQ(info.limits.max_storage_buffer_bytes, 3U << 20);
+
+    ContextDesc lowered = test::context_desc();
+    lowered.device.fake = [](DeviceInfo& one) { one.limits.max_buffer_bytes = 1U << 20; };
+    const auto context = test::make_context(lowered);
+    EXPECT_EQ(context->device().info().limits.max_storage_buffer_bytes, 1U << 20);
+    EXPECT_ERROR(context->memory().allocate(2U << 20, MemoryKind::kDevice, "x"), Code::kUnsupported,
+                 "at most 1048576 at once");
+    EXPECT_OK(context->memory().allocate(1U << 19, MemoryKind::kDevice, "x").status());
+}
+
+TEST_F(Device, StorageBuffersAreCountedPerShader) {
+    ContextDesc few = test::context_desc();
+    few.device.fake = [](DeviceInfo& info) { info.limits.max_storage_buffers = 1; };
+    const auto context = test::make_context(few);
+    const std::vector<SpecConstant> constants{{params::kWorkgroupSizeId, 64}};
+    EXPECT_OK(context->pipelines().get("test_texel", constants).status());
+    const auto refused = context->pipelines().get("test_scale", constants);
+    EXPECT_ERROR(refused, Code::kUnsupported, "shader test_scale needs 2 storage buffers");
+    EXPECT_HAS(refused.status().message(), "has 1 for a shader");
+}
+
 TEST_F(Device, SharesOneInstancePerChoiceOfValidation) {
     EXPECT_EQ(Instance::get(test::validation_on()).value(), instance_);
     if (test::validation_on()) {
@@ -167,11 +240,21 @@ TEST_F(Device, SharesOneInstancePerChoiceOfValidation) {
     }
 }
 
-TEST_F(Device, TimeoutScaleMustBeANumber) {
-    setenv("SPLAT_TIMEOUT_SCALE", "soon", 1);
-    EXPECT_ERROR(Context::create(test::context_desc()), Code::kInvalidArgument,
-                 "SPLAT_TIMEOUT_SCALE");
-    unsetenv("SPLAT_TIMEOUT_SCALE");
+TEST_F(Device, TimesMustBeNumbers) {
+    for (const char* name : {"SPLAT_TIMEOUT_SCALE", "SPLAT_MAX_SUBMIT_MS"}) {
+        setenv(name, "soon", 1);
+        EXPECT_ERROR(Context::create(test::context_desc()), Code::kInvalidArgument, name);
+        unsetenv(name);
+    }
+}
+
+TEST_F(Device, TheEnvironmentBoundsSubmits) {
+    DeviceDesc wish = desc();
+    wish.max_submit_ns = 40'000'000;
+    EXPECT_DOUBLE_EQ(need(vk::Device::create(wish))->pace.submit_seconds(), 0.04);
+    setenv("SPLAT_MAX_SUBMIT_MS", "30", 1);
+    EXPECT_DOUBLE_EQ(need(vk::Device::create(wish))->pace.submit_seconds(), 0.03);
+    unsetenv("SPLAT_MAX_SUBMIT_MS");
 }
 
 TEST_F(Device, VulkanResultsBecomeStatusCodes) {
@@ -184,10 +267,14 @@ TEST_F(Device, VulkanResultsBecomeStatusCodes) {
         {VK_ERROR_FRAGMENTED_POOL, Code::kOutOfDeviceMemory},
         {VK_ERROR_TOO_MANY_OBJECTS, Code::kOutOfDeviceMemory},
         {VK_ERROR_FEATURE_NOT_PRESENT, Code::kUnsupported},
+        {VK_ERROR_FRAGMENTATION, Code::kOutOfDeviceMemory},
         {VK_ERROR_UNKNOWN, Code::kInternal},
     };
     for (const auto& [result, code] : cases)
         EXPECT_ERROR(device->check(result, "vkX"), code, "vkX");
+    EXPECT_ERROR(device->check(VK_ERROR_UNKNOWN, "vkX"), Code::kInternal, "VK_ERROR_UNKNOWN (-13)");
+    EXPECT_ERROR(device->check(VK_ERROR_UNKNOWN, "vkCreateComputePipelines"), Code::kInternal,
+                 "update the driver, use plain kernels");
     EXPECT_OK(device->alive());
     EXPECT_ERROR(device->check(VK_ERROR_DEVICE_LOST, "vkX"), Code::kDeviceLost, "vkX");
     EXPECT_ERROR(device->alive(), Code::kDeviceLost, "earlier call");
@@ -195,8 +282,11 @@ TEST_F(Device, VulkanResultsBecomeStatusCodes) {
 
 #if SPLAT_FAULT_POINTS
 TEST_F(Device, FailuresToOpenAreClean) {
+    DeviceDesc one = desc();
+    one.select = DeviceSelect::kByIndex;
+    one.index = test::shared_context()->device().info().index;
     fault::arm("vk.create_device", 1, 1);
-    EXPECT_ERROR(open(desc()), Code::kOutOfDeviceMemory, "vkCreateDevice");
+    EXPECT_ERROR(open(one), Code::kOutOfDeviceMemory, "vkCreateDevice");
     EXPECT_EQ(fault::disarm(), 1U);
     EXPECT_OK(open(desc()));
 }

@@ -9,7 +9,9 @@
 #include <thread>
 
 #include "support/expect_status.h"
+#include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
+#include "test_shaders.h"
 #include "vk/pipeline_cache_file.h"
 
 namespace splat::vk {
@@ -66,6 +68,24 @@ TEST_F(PipelineCache, IsWrittenAndReused) {
         ++files;
     }
     EXPECT_EQ(files, 1U) << "no temporary file is left";
+}
+
+TEST_F(PipelineCache, IsWrittenBeforeTheFirstRunOfAList) {
+    ContextDesc desc = test::context_desc();
+    desc.cache_folder = folder_;
+    const auto context = test::make_context(desc);
+    const Buffer x = test::upload(*context, std::vector<float>(64, 1));
+    const Buffer y = test::device_buffer(*context, 64);
+    const std::string& file = context->pipelines().cache_file();
+    CommandList list = test::record(*context, {test::scale(x.range(), y.range(), 64, 2)});
+    ASSERT_OK(context->make_ready(list));
+    ASSERT_TRUE(fs::exists(file));
+    fs::remove(file);
+    ASSERT_OK(context->run(list));
+    EXPECT_FALSE(fs::exists(file)) << "nothing was added";
+    CommandList other = test::record(*context, {test::scale(x.range(), y.range(), 64, 2, 1)});
+    ASSERT_OK(context->run(other));
+    EXPECT_TRUE(fs::exists(file));
 }
 
 TEST_F(PipelineCache, NoFolderNoFile) {
@@ -127,6 +147,17 @@ TEST_F(PipelineCache, FileRoundTrips) {
     EXPECT_EQ(read_pipeline_cache(path, info), data);
     info.driver_version = 10;
     EXPECT_EQ(read_pipeline_cache(path, info), std::nullopt);
+}
+
+TEST_F(PipelineCache, EachDeviceOfADriverHasItsFile) {
+    DeviceInfo info;
+    info.cache_uuid.fill(7);
+    info.vendor_id = 0x10de;
+    info.device_id = 0x2330;
+    const std::string path = pipeline_cache_path("f", info);
+    EXPECT_EQ(path, "f/pipelines-10de-2330-07070707070707070707070707070707.bin");
+    info.device_id = 0x2331;
+    EXPECT_NE(pipeline_cache_path("f", info), path);
 }
 
 TEST_F(PipelineCache, AFifoIsNoFile) {

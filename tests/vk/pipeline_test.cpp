@@ -11,6 +11,7 @@
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
+#include "support/log_capture.h"
 #include "test_shaders.h"
 
 namespace splat::vk {
@@ -44,6 +45,15 @@ TEST(Pipeline, WorkgroupSizeIsAConstant) {
     }
 }
 
+TEST(Pipeline, IsToldOnceWithItsConstants) {
+    Pipelines& pipelines = test::shared_context()->pipelines();
+    const test::LogCapture log(LogLevel::kDebug);
+    const std::vector<SpecConstant> constants = {{params::kWorkgroupSizeId, 16},
+                                                 {test::kTestOffsetId, 7}};
+    for (int i = 0; i < 2; ++i) EXPECT_OK(pipelines.get("test_scale", constants));
+    EXPECT_EQ(log.text(), format("pipeline test_scale 0=16 %u=7\n", test::kTestOffsetId));
+}
+
 TEST(Pipeline, IsMadeOncePerKey) {
     Context* context = test::shared_context();
     Pipelines& pipelines = context->pipelines();
@@ -59,6 +69,19 @@ TEST(Pipeline, IsMadeOncePerKey) {
             .value(),
         first);
     EXPECT_NE(pipelines.get("test_accumulate", {{params::kWorkgroupSizeId, 64}}).value(), first);
+}
+
+TEST(Pipeline, FindsInfinityWithAndWithoutTheMode) {
+    for (const bool mode : {false, true}) {
+        ContextDesc desc = test::context_desc();
+        desc.device.fake = [mode](DeviceInfo& info) { info.features.nan_mode = mode; };
+        const auto context = test::make_context(desc);
+        const Buffer x = test::upload(*context, std::vector<float>{0, 1, 3e38F, -1e37F});
+        const Buffer y = test::device_buffer(*context, 4);
+        CommandList list = test::record(*context, {test::finite(x.range(), y.range(), 4, 8)});
+        EXPECT_OK(context->run(list));
+        EXPECT_EQ(test::download(*context, y.range(), 4), (std::vector<float>{1, 1, 0, 1})) << mode;
+    }
 }
 
 TEST(Pipeline, UnknownShaderIsAnError) {

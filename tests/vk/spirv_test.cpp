@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <vector>
 
 #include "support/expect_status.h"
@@ -39,6 +40,8 @@ TEST(Spirv, ReadsBindingsAndPushConstants) {
     EXPECT_TRUE(texel.bindings[0].reads);
     EXPECT_FALSE(texel.bindings[0].writes);
     EXPECT_EQ(texel.bindings[1].type, DescriptorType::kStorageBuffer);
+    EXPECT_EQ(texel.storage_buffers(), 1U);
+    EXPECT_EQ(scale.storage_buffers(), 2U);
 
     const ShaderInterface twice = interface_of("test_two_views");
     ASSERT_EQ(twice.bindings.size(), 2U);
@@ -97,6 +100,27 @@ TEST(Spirv, RefusesABindingOfTwoMeanings) {
             break;
         }
     EXPECT_ERROR(reflect(words), Code::kInternal, "two meanings");
+}
+
+/// Whether spirv-val takes the words.
+bool valid(std::span<const std::uint32_t> words) {
+    std::FILE* program = ::popen(SPLAT_SPIRV_VAL " --target-env vulkan1.2 -", "w");
+    if (program == nullptr) return false;
+    const bool written = std::fwrite(words.data(), 4, words.size(), program) == words.size();
+    return ::pclose(program) == 0 && written;
+}
+
+TEST(Spirv, TakesOutTheModeOfNan) {
+    const ShaderModule* plain = find_shader("test_scale");
+    const ShaderModule* marked = find_shader("test_finite");
+    ASSERT_TRUE(plain != nullptr && marked != nullptr);
+    EXPECT_EQ(without_nan_mode(plain->words),
+              std::vector<std::uint32_t>(plain->words.begin(), plain->words.end()));
+    const std::vector<std::uint32_t> without = without_nan_mode(marked->words);
+    EXPECT_EQ(without.size() + 6, marked->words.size());  // a capability of 2 words, a mode of 4
+    EXPECT_TRUE(valid(marked->words));
+    EXPECT_TRUE(valid(without));
+    EXPECT_FALSE(valid(std::span(without).first(without.size() - 1)));
 }
 
 TEST(Spirv, SurvivesTruncation) {

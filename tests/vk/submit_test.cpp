@@ -120,7 +120,7 @@ class Submit : public testing::Test {
     CommandList record_slow() {
         Context& context = *scaling_->context;
         slow_ = device_buffer(context, 64);
-        return record(context, {slow(slow_.range(), {64, 1, 1}, 1000, flops_for(context, 5))});
+        return record(context, {slow(slow_.range(), {64, 1, 1}, 1000, flops_for(context, 20))});
     }
     void expect_slow_done() {
         const auto words = download_words(*scaling_->context, slow_.range(), 64);
@@ -221,8 +221,6 @@ TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
 TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
     const auto& context = scaling_->context;
     CommandList list = record_slow();
-    const auto segments = static_cast<int>(list.submit_count());
-    ASSERT_GT(segments, 3);
     static int submits, cancelled_at;
     static Interrupt* interrupt;
     interrupt = &context->mutex.interrupt();
@@ -238,19 +236,22 @@ TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
         const std::lock_guard lock(context->mutex);  // a call begins
         return context->run(list);
     };
+    const auto segments = [&] { return static_cast<int>(list.submit_count()); };
     for (const int at : {1, 2, 3}) {
+        list = record_slow();
+        ASSERT_GT(segments(), 3);
         EXPECT_ERROR(run(at), Code::kCancelled, "splat_device_cancel");
         EXPECT_EQ(submits, std::max(at, 2)) << "one runs, one waits";
     }
     EXPECT_OK(run(0));
-    EXPECT_EQ(submits, segments);
+    EXPECT_EQ(submits, segments());
     expect_slow_done();
     const std::lock_guard lock(context->mutex);
     const Uncancelled whole(context->mutex);
     submits = 0;
     cancelled_at = 2;
     EXPECT_OK(context->run(list));
-    EXPECT_EQ(submits, segments);
+    EXPECT_EQ(submits, segments());
 }
 
 /// What was submitted is waited for; segments that were not submitted do not run.
@@ -264,6 +265,25 @@ TEST_F(Submit, SplitListThatTimesOutIsRecoveredFrom) {
     g_timeouts = 0;
     EXPECT_OK(context->run(list));
     expect_slow_done();
+}
+
+/// A slow device that works is not taken for one that hangs: the timeout is that of a segment.
+TEST_F(Submit, EachSegmentHasTheWholeTimeout) {
+    ContextDesc desc = context_desc();
+    desc.timeout_ns = 2'000'000'000;  // four pieces of waiting
+    const auto context = make_context(desc);
+    const Buffer y = device_buffer(*context, 64);
+    CommandList list = record(*context, {slow(y.range(), {64, 1, 1}, 1, flops_for(*context, 20))});
+    ASSERT_GT(list.submit_count(), 4U);
+    g_wait = context->device().vk.vkWaitForFences;
+    g_calls = 0;
+    context->device().vk.vkWaitForFences = [](VkDevice device, std::uint32_t count,
+                                              const VkFence* fences, VkBool32 all,
+                                              std::uint64_t timeout) {
+        return ++g_calls % 2 == 1 ? VK_TIMEOUT : g_wait(device, count, fences, all, timeout);
+    };
+    EXPECT_OK(context->run(list));
+    EXPECT_GT(g_calls, 2 * 4);
 }
 
 #if SPLAT_FAULT_POINTS

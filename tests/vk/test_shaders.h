@@ -34,6 +34,18 @@ inline vk::Dispatch scale(const vk::BufferView& x, const vk::BufferView& y, std:
             .work = {}};
 }
 
+/// y = 1 where factor * x is finite
+inline vk::Dispatch finite(const vk::BufferView& x, const vk::BufferView& y, std::uint32_t n,
+                           float factor) {
+    return {.op = "finite",
+            .shader = "test_finite",
+            .constants = {{params::kWorkgroupSizeId, kGroupSize}},
+            .push = ScaleParams{n, factor},
+            .accesses = {vk::read(x), vk::write(y)},
+            .groups = groups_of(n),
+            .work = {}};
+}
+
 /// y += x
 inline vk::Dispatch accumulate(const vk::BufferView& x, const vk::BufferView& y, std::uint32_t n) {
     return {.op = "accumulate",
@@ -56,11 +68,12 @@ inline vk::Dispatch ones(const vk::BufferView& y, std::uint32_t n) {
             .work = {}};
 }
 
-/// Flops that the recorder takes for `submits` times the longest submit.
-inline double flops_for(vk::Context& context, double submits) {
-    const vk::DeviceInfo& info = context.device().info();
-    const double one = vk::estimated_seconds(info, context.device().kernels(), {.flops = 1e9});
-    return submits * vk::submit_seconds(info) / one * 1e9;
+/// Flops of a kernel that are taken for `submits` times the longest submit, by what is known of it now.
+inline double flops_for(vk::Context& context, double submits, const char* kernel = "test_slow") {
+    vk::Device& device = context.device();
+    const double one = vk::estimated_seconds(device.info(), device.kernels(), {.flops = 1e9}) *
+                       device.pace.planned(device.pace.of(kernel), 0);
+    return submits * device.pace.submit_seconds() / one * 1e9;
 }
 
 struct SlowParams {

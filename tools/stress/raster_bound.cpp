@@ -4,19 +4,29 @@
 #include <cmath>
 #include <random>
 
+#include "ref/rounded.h"
+
 namespace vkrun::stress {
 namespace {
 
 namespace ref = splat::ref;
 
-/// Moves numbers by up to four roundings.
+/// Roundings of a product and of a sum of three more.
+constexpr double kSums = 4;
+/// The Cholesky factor of a conic has these: sqrt(c) / sqrt(det), of rows divided by the depth.
+constexpr double kFactor = kSums + 2 * ref::kQuotientRoundings + 2 * ref::kRootRoundings;
+constexpr double kUnitVector = kSums + ref::kInverseRootRoundings;
+
+/// Moves numbers by up to so many roundings.
 class Noise {
   public:
     explicit Noise(unsigned seed) : random_(seed) {}
-    void move(double& number) { number *= 1 + 4 * kRounding * unit_(random_); }
+    void move(double& number, double roundings = kSums) {
+        number *= 1 + roundings * kRounding * unit_(random_);
+    }
     template <class Numbers>
-    void move_all(Numbers& numbers) {
-        for (double& number : numbers) move(number);
+    void move_all(Numbers& numbers, double roundings = kSums) {
+        for (double& number : numbers) move(number, roundings);
     }
 
   private:
@@ -34,14 +44,26 @@ void move_inputs(Noise& noise, RasterScene& scene) {
     for (std::size_t i = 0; i < 12; ++i) noise.move(scene.camera.world_to_camera[i]);
 }
 
-/// Not the conic: what it adds up from cancels in needles, which is up to the algorithm.
-void move_projected(Noise& noise, ref::ProjectForward<double>& projected) {
+/// Moves the factor L of the conic L L^T, which kernels blend with: in needles the conic's own numbers cancel.
+void move_conic(Noise& noise, ref::ProjectedGaussian<double>& g) {
+    const double root_c = std::sqrt(g.cov[2]), root_det = std::sqrt(g.det);
+    std::array<double, 3> l{root_c / root_det, -g.cov[1] / (root_c * root_det), 1 / root_c};
+    noise.move_all(l, kFactor);
+    g.conic = {l[0] * l[0], l[0] * l[1], l[1] * l[1] + l[2] * l[2]};
+}
+
+/// exp2(-p) is 6 + 4 p roundings off: at most 6 of the opacity. Harmonics have degree 3 in a unit vector.
+void move_projected(Noise& noise, const RasterScene& scene,
+                    ref::ProjectForward<double>& projected) {
+    const double by_pixel = kSums + ref::exp_roundings(0);
+    const double root = ref::kQuotientRoundings + ref::kRootRoundings;
     for (const std::uint32_t i : projected.order) {
         ref::ProjectedGaussian<double>& g = projected.gaussians[i];
-        noise.move_all(g.mean2d);
-        noise.move_all(g.color);
-        noise.move_all(g.normal);
-        noise.move(g.opacity);
+        noise.move_all(g.mean2d, kSums + ref::kQuotientRoundings);
+        move_conic(noise, g);
+        noise.move_all(g.color, kSums + (scene.sh_coefficients > 1 ? 3 * kUnitVector : 0));
+        noise.move_all(g.normal, 2 * kUnitVector);
+        noise.move(g.opacity, by_pixel + (scene.options.antialiased ? root : 0));
         noise.move(g.depth);
     }
 }
@@ -49,6 +71,7 @@ void move_projected(Noise& noise, ref::ProjectForward<double>& projected) {
 template <class Real>
 RasterResults<Real> results_of(const ref::RasterScene<Real>& scene,
                                const ref::ProjectForward<Real>& projected,
+                               const ref::ProjectForward<Real>& before,
                                const ref::RasterLoss<Real>& loss) {
     RasterResults<Real> results;
     const ref::BlendForward<Real> images = ref::blend_forward(scene, projected);
@@ -65,7 +88,7 @@ RasterResults<Real> results_of(const ref::RasterScene<Real>& scene,
         push("depths", g.depth);
     }
     const ref::RasterBackward<Real> back =
-        ref::project_backward(scene, projected, ref::blend_backward(scene, projected, loss));
+        ref::project_backward(scene, before, ref::blend_backward(scene, projected, loss));
     results["grad_means"] = back.grad_means;
     results["grad_scales"] = back.grad_scales;
     results["grad_rotations"] = back.grad_rotations;
@@ -87,12 +110,30 @@ RasterResults<double> moved_results(const RasterScene& scene, const RasterLoss& 
                          return static_cast<float>(exact.gaussians[a].depth) <
                                 static_cast<float>(exact.gaussians[b].depth);
                      });
-    move_projected(noise, projected);
+    ref::ProjectForward<double> before = projected;
+    move_projected(noise, scene, projected);
     RasterLoss weights = loss;
     noise.move_all(weights.grad_rgb);
     noise.move_all(weights.grad_alpha);
     noise.move_all(weights.grad_depth);
-    return results_of(moved, projected, weights);
+    return results_of(moved, projected, before, weights);
+}
+
+/// What gsplat's gradients of rotations keep along them, at most. With q off its length by e, q . grad_q = 2 s . grad_s
+/// is taken off but for 2 e of it.
+double left_along_rotations(const RasterScene& scene, const std::vector<double>& grad_scales) {
+    if (scene.options.is_3dgs()) return 0;
+    constexpr double kLength = ref::kRootRoundings + ref::kQuotientRoundings;
+    double most = 0;
+    for (std::size_t i = 0; 3 * i < grad_scales.size(); ++i) {
+        double along = 0, square = 0;
+        for (std::size_t k = 3 * i; k < 3 * i + 3; ++k)
+            along += std::abs(scene.scales[k] * grad_scales[k]);
+        for (std::size_t k = 4 * i; k < 4 * i + 4; ++k)
+            square += scene.rotations[k] * scene.rotations[k];
+        if (square > 0) most = std::max(most, 4 * kLength * kRounding * along / std::sqrt(square));
+    }
+    return most;
 }
 
 std::vector<float> singles(const std::vector<double>& values) {
@@ -102,16 +143,22 @@ std::vector<float> singles(const std::vector<double>& values) {
 }  // namespace
 
 const char* const kRasterReason =
-    "4 x the largest change of the tensor in float64 when inputs, projected numbers and weights of "
-    "the loss move by up to 4 roundings each (its condition), and 4 x 2^-24 (1 + sqrt K) of its "
-    "largest number for the K Gaussians of a pixel";
+    "4 x the change of the tensor in float64 when inputs, projected numbers and weights of the "
+    "loss "
+    "move by the roundings that Vulkan allows what they come from (its condition), and 4 x 2^-24 "
+    "(1 "
+    "+ sqrt K) of its largest number for the K Gaussians of a pixel; of a gradient (64 + 5 sqrt "
+    "K), "
+    "for two factors of a conic and a quotient for each Gaussian; of rotations also what a "
+    "quotient "
+    "by their length leaves along them";
 
 std::map<std::string, Expected> raster_expected(const RasterScene& scene, const RasterLoss& loss,
                                                 int samples) {
     const ref::ProjectForward<double> projected = ref::project_forward(scene);
     std::map<std::string, Expected> expected;
     std::map<std::string, double> change;
-    for (auto& [name, values] : results_of(scene, projected, loss))
+    for (auto& [name, values] : results_of(scene, projected, projected, loss))
         expected[name].value = std::move(values);
     for (int sample = 0; sample < samples; ++sample)
         for (const auto& [name, values] :
@@ -121,12 +168,16 @@ std::map<std::string, Expected> raster_expected(const RasterScene& scene, const 
                     std::max(change[name], std::abs(values[i] - expected[name].value[i]));
     const std::vector<std::int64_t> blended = ref::blend_forward(scene, projected).n_contrib;
     const auto terms = static_cast<double>(*std::max_element(blended.begin(), blended.end()));
+    change["grad_rotations"] += left_along_rotations(scene, expected["grad_scales"].value);
     for (auto& [name, tensor] : expected) {
         double largest = 0;
         for (const double value : tensor.value) largest = std::max(largest, std::abs(value));
-        tensor.allowed.assign(
-            tensor.value.size(),
-            4 * change[name] + 4 * kRounding * (1 + std::sqrt(terms)) * largest + 0x1p-119);
+        // A gradient goes through two factors of a conic, and through a quotient for each Gaussian of a pixel.
+        const bool gradient = name.starts_with("grad_");
+        const double roundings = gradient ? 2 * kFactor + ref::kQuotientRoundings * std::sqrt(terms)
+                                          : 1 + std::sqrt(terms);
+        tensor.allowed.assign(tensor.value.size(),
+                              4 * change[name] + 4 * kRounding * roundings * largest + 0x1p-119);
     }
     return expected;
 }
@@ -165,7 +216,7 @@ RasterResults<float> published_in_float32(const RasterScene& scene, const Raster
         projected.order.end());
     const ref::RasterLoss<float> weights{singles(loss.grad_rgb), singles(loss.grad_alpha),
                                          singles(loss.grad_depth)};
-    return results_of(single, projected, weights);
+    return results_of(single, projected, projected, weights);
 }
 
 }  // namespace vkrun::stress

@@ -18,9 +18,9 @@ using RasterResults = std::map<std::string, std::vector<Real>>;
 /// Images, numbers of the projection and gradients in float64, and how far float32 may lie from each tensor.
 ///
 /// The bound is the function's condition, not an algorithm's: `samples` further runs in float64 move every input,
-/// the camera, every number of the projection that blending reads but the conic, and every weight of the loss by up to
-/// four roundings of float32 each, at random. Four times the largest change of a tensor is allowed, and the rounding of
-/// a sum of as many terms as a pixel blends Gaussians.
+/// the camera, every number of the projection that blending reads, and every weight of the loss at random, each by
+/// the roundings that Vulkan's table (tests/ref/rounded.h) allows the operations that it comes from. Four times the
+/// largest change of a tensor is allowed, and the rounding of a sum of as many terms as a pixel blends Gaussians.
 std::map<std::string, Expected> raster_expected(const RasterScene& scene, const RasterLoss& loss,
                                                 int samples);
 extern const char* const kRasterReason;

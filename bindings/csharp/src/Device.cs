@@ -22,8 +22,11 @@ namespace Splat
         public DeviceFlags Flags { get; set; }
         /// <summary>Budget of device memory; 0: the device's heap.</summary>
         public long MaxDeviceBytes { get; set; }
-        /// <summary>Longest wait for the device in one call; zero: 60 s.</summary>
+        /// <summary>Longest wait for one piece of work; zero: 60 s.</summary>
         public TimeSpan Timeout { get; set; }
+        /// <summary>Longest time of a piece of work, by the times of those before; zero: 0.1 s, on CPU devices
+        /// 0.25 s.</summary>
+        public TimeSpan MaxSubmit { get; set; }
         /// <summary>Folder of the pipeline cache; null: the user's, "": none.</summary>
         public string CacheFolder { get; set; }
     }
@@ -51,8 +54,8 @@ namespace Splat
                     kind = options.Kind,
                     kernels = options.Kernels,
                     max_device_bytes = Check.Unsigned(options.MaxDeviceBytes, nameof(options.MaxDeviceBytes)),
-                    timeout_ns = 100 * Math.Min(
-                        Check.Unsigned(options.Timeout.Ticks, nameof(options.Timeout)), ulong.MaxValue / 100),
+                    timeout_ns = Nanoseconds(options.Timeout, nameof(options.Timeout)),
+                    max_submit_ns = Nanoseconds(options.MaxSubmit, nameof(options.MaxSubmit)),
                     cache_folder = arena.Optional(options.CacheFolder, nameof(options.CacheFolder)),
                 };
                 for (int i = 0; i < 16; ++i) desc.uuid[i] = uuid[i];
@@ -61,6 +64,9 @@ namespace Splat
                 return new SafeDeviceHandle(handle, true);
             }
         }
+
+        private static ulong Nanoseconds(TimeSpan time, string name) =>
+            100 * Math.Min(Check.Unsigned(time.Ticks, name), ulong.MaxValue / 100);
 
         /// <summary>All Vulkan devices of this machine, usable or not.</summary>
         public static IReadOnlyList<DeviceInfo> All

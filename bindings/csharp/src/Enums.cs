@@ -81,13 +81,17 @@ namespace Splat
         /** <summary>threads of a subgroup read each other's values</summary> */ SubgroupShuffle = 2,
         /** <summary>subgroups have sums and other reductions</summary> */ SubgroupArithmetic = 4,
         /** <summary>shaders have integers of 64 bits</summary> */ Int64 = 8,
-        /** <summary>device memory is host-visible: tensors map without a copy</summary> */ UnifiedMemory = 16,
+        /// <summary>the host reads device memory in place, through its caches: tensors map without a copy</summary>
+        UnifiedMemory = 16,
     }
 
     /// <summary>How a device is chosen.</summary>
     public enum DeviceSelect : int
     {
-        /** <summary>discrete, then integrated, virtual, CPU; lowest index within a kind</summary> */ Best = 0,
+        /// <summary>discrete, then integrated, virtual, CPU; lowest index within a kind. Of GPUs, drivers that passed
+        /// no conformance test come after all others, a second driver of a GPU last; the next device is tried where
+        /// one cannot be opened</summary>
+        Best = 0,
         /** <summary>field <c>Index</c></summary> */ ByIndex = 1,
         /** <summary>field <c>Uuid</c></summary> */ ByUuid = 2,
         /** <summary>field <c>Kind</c>; lowest index</summary> */ ByKind = 3,

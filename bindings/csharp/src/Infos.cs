@@ -25,10 +25,14 @@ namespace Splat
         /** <summary>threads of a subgroup</summary> */ public int SubgroupSize { get; }
         /// <summary>what the device can do, bits of <c>FeatureFlags</c></summary>
         public FeatureFlags Features { get; }
-        /** <summary>what <c>Kernels.Auto</c> means on this device</summary> */ public Kernels Kernels { get; }
+        /** <summary>what <c>Kernels.Auto</c> means, for networks</summary> */ public Kernels Kernels { get; }
         /** <summary>name of the device, in the driver's words</summary> */ public string Name { get; }
         /** <summary>name and version, in the driver's words</summary> */ public string Driver { get; }
-        /** <summary>why the device is not usable; empty if it is</summary> */ public string Reason { get; }
+        /// <summary>why it is not usable, or another one is the best; else empty</summary>
+        public string Reason { get; }
+        /// <summary>what sorts and blends where that is not <c>Kernels</c>, or why kernels failed here; else
+        /// empty</summary>
+        public string KernelsNote { get; }
 
         internal unsafe DeviceInfo(splat_device_info* from)
         {
@@ -51,6 +55,7 @@ namespace Splat
             Name = Text.Read(from->name, 256);
             Driver = Text.Read(from->driver, 256);
             Reason = Text.Read(from->reason, 256);
+            KernelsNote = Text.Read(from->kernels_note, 256);
         }
     }
 

@@ -105,8 +105,8 @@ namespace Splat.Interop
         /// desc      may be NULL for defaults
         /// device    out, owned by the caller
         /// Returns SPLAT_OK, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      struct_size, flags, next, an enum, or SPLAT_KERNELS in the
-        ///                                     environment
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      struct_size, flags, next, an enum, or SPLAT_KERNELS or
+        ///                                     SPLAT_MAX_SUBMIT_MS in the environment
         ///   SPLAT_ERROR_NO_DEVICE             no loader, no driver, or no device that fits `select`; the
         ///                                     message lists the devices
         ///   SPLAT_ERROR_UNSUPPORTED           the device lacks a feature, which the message names, or the
@@ -115,9 +115,11 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
         ///
         /// The first operator, network or rasterizer on a device tests the kernels that it needs. Where they
-        /// compute wrongly the plain ones take their place, with a warning; where those do too, or other
-        /// objects are there already, the creation is SPLAT_ERROR_NO_DEVICE. SPLAT_SELF_TEST=0 in the
-        /// environment leaves the tests out.
+        /// compute wrongly, do not compile, lose the device or do not end, plain ones take their place, with a
+        /// warning; where those compute wrongly too, or objects with these kernels are there already, the
+        /// creation is SPLAT_ERROR_NO_DEVICE (SPLAT_ERROR_DEVICE_LOST or SPLAT_ERROR_TIMEOUT of a device that
+        /// has other objects). What failed is remembered in the cache folder.
+        /// SPLAT_SELF_TEST=0 in the environment leaves the tests out.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_create(splat_device_desc*
             desc, IntPtr* device);
@@ -129,11 +131,10 @@ namespace Splat.Interop
         /// <summary>Cancel the calls that run on a device or wait for it now, on any threads. What they were to write
         /// is undefined, as after an error of the device. The objects stay usable, and later calls are not affected.
         /// A training step that already updates the weights ends as usual; one that is cancelled leaves them as they
-        /// were. The device gets work in pieces, the next while one runs, each of at most 0.25 s by a cautious
-        /// estimate (0.1 s on GPUs); a call returns SPLAT_CANCELLED when those that it has end. It goes on while it
-        /// reads a file, compiles a shader or computes on the host. May be called from any thread and from a signal
-        /// handler, except for handles that are not live. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
-        /// SPLAT_ERROR_INVALID_STATE (forked).</summary>
+        /// were. The device gets work in pieces, the next while one runs (splat_device_desc.max_submit_ns); a call
+        /// returns SPLAT_CANCELLED when those that it has end. It goes on while it reads a file, compiles a shader or
+        /// computes on the host. May be called from any thread and from a signal handler, except for handles that are
+        /// not live. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (forked).</summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_cancel(SafeDeviceHandle
             device);
 
@@ -151,12 +152,13 @@ namespace Splat.Interop
         /// Report the time of every kind of dispatch since creation or the last reset, on a device with
         /// SPLAT_DEVICE_PROFILE. JSON: {"device": name, "ops": [{"op", "kernel", "count", "total_ms",
         /// "min_ms", "median_ms", "bytes", "flops"}], "idle": {"count", "total_ms"}, "lists": {"count",
-        /// "submits", "dispatches", "copies", "barriers", "bytes", "device_ms"}, "transfers": {"reads",
-        /// "read_bytes", "writes", "written_bytes"}}. "bytes" and "flops" of an operator are means over its
-        /// dispatches, as it counts them. "idle" is the time between what is timed in one list. "lists" is
-        /// what all lists together held and took. "transfers" is what was copied between host memory and the
-        /// device. On GPUs, dispatches between two barriers may overlap: they are timed together, and each
-        /// gets a share by its estimated time.
+        /// "submits", "dispatches", "copies", "barriers", "bytes", "device_ms", "longest_submit_ms"},
+        /// "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}. "bytes" and "flops" of an
+        /// operator are means over its dispatches, as it counts them. "idle" is the time between what is
+        /// timed in one list. "lists" is what all lists together held and took, and their longest piece, on
+        /// the host's clock. "transfers" is what was copied between host memory and the device. On GPUs,
+        /// dispatches between two barriers may overlap: they are timed together, and each gets a share by its
+        /// estimated time.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
         ///   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE
         /// </summary>
@@ -210,8 +212,8 @@ namespace Splat.Interop
 
         /// <summary>
         /// Give the host a pointer to the tensor's elements, row-major contiguous, until splat_tensor_unmap.
-        /// Makes no copy if the device has SPLAT_FEATURE_UNIFIED_MEMORY. With SPLAT_ACCESS_WRITE the
-        /// contents are undefined until written. While a tensor is mapped no other call may use it,
+        /// Makes no copy if the device has SPLAT_FEATURE_UNIFIED_MEMORY, unless such memory was full. With
+        /// SPLAT_ACCESS_WRITE the contents are undefined until written. While a tensor is mapped no other call may use it,
         /// nor a tensor of the same memory (splat_model_tensor).
         /// pointer   out, owned by the library
         /// bytes     out, may be NULL
@@ -2078,11 +2080,15 @@ namespace Splat.Interop
         /** <summary>most shared memory of a workgroup</summary> */ public uint shared_memory_bytes;
         /** <summary>threads of a subgroup</summary> */ public uint subgroup_size;
         /** <summary>what the device can do, SPLAT_FEATURE_ bits</summary> */ public FeatureFlags features;
-        /** <summary>what SPLAT_KERNELS_AUTO means on this device</summary> */ public Kernels kernels;
+        /** <summary>what SPLAT_KERNELS_AUTO means, for networks</summary> */ public Kernels kernels;
         public uint reserved;
         /** <summary>name of the device, in the driver's words</summary> */ public fixed byte name[256];
         /** <summary>name and version, in the driver's words</summary> */ public fixed byte driver[256];
-        /** <summary>why the device is not usable; empty if it is</summary> */ public fixed byte reason[256];
+        /// <summary>why it is not usable, or another one is the best; else empty</summary>
+        public fixed byte reason[256];
+        /// <summary>what sorts and blends where that is not <c>kernels</c>, or why kernels failed here; else
+        /// empty</summary>
+        public fixed byte kernels_note[256];
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -2099,10 +2105,15 @@ namespace Splat.Interop
         /// <summary>budget, enforced by the library. 0 = the device's heap; on CPU devices 3/4 of physical
         /// memory</summary>
         public ulong max_device_bytes;
-        /// <summary>longest wait for the device in one call; 0 = 60 s, times SPLAT_TIMEOUT_SCALE</summary>
+        /// <summary>longest wait for one piece of work, see max_submit_ns; 0 = 60 s, times
+        /// SPLAT_TIMEOUT_SCALE</summary>
         public ulong timeout_ns;
         /// <summary>pipeline cache; NULL = libsplat/ in the user's cache folder, "" = none</summary>
         public byte* cache_folder;
+        /// <summary>The device gets work in pieces that take no longer, by the times of those before, so that a
+        /// desktop stays usable and no watchdog ends them. 0 = 0.1 s, on CPU devices 0.25 s; at least 1 ms.
+        /// SPLAT_MAX_SUBMIT_MS in the environment overrides it</summary>
+        public ulong max_submit_ns;
     }
 
     /// <summary>Memory of a device, bytes.</summary>
@@ -3465,15 +3476,15 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_image), 56, true,
                 "pixels:0:8 bytes:8:8 type:16:4 width:20:4 height:24:4 channels:28:4 row_stride:32:8 " +
                 "pixel_stride:40:8 channel_stride:48:8"),
-            new NativeLayout(typeof(splat_device_info), 864, false,
+            new NativeLayout(typeof(splat_device_info), 1120, false,
                 "struct_size:0:4 index:4:4 kind:8:4 usable:12:4 vendor_id:16:4 device_id:20:4 vulkan_version:24:4 " +
                 "driver_version:28:4 uuid:32:16 heap_bytes:48:8 max_allocation_bytes:56:8 " +
                 "max_storage_buffer_bytes:64:8 max_workgroup_invocations:72:4 shared_memory_bytes:76:4 " +
                 "subgroup_size:80:4 features:84:4 kernels:88:4 reserved:92:4 name:96:256 driver:352:256 " +
-                "reason:608:256"),
-            new NativeLayout(typeof(splat_device_desc), 72, false,
+                "reason:608:256 kernels_note:864:256"),
+            new NativeLayout(typeof(splat_device_desc), 80, false,
                 "struct_size:0:4 flags:4:4 next:8:8 select:16:4 index:20:4 kind:24:4 kernels:28:4 uuid:32:16 " +
-                "max_device_bytes:48:8 timeout_ns:56:8 cache_folder:64:8"),
+                "max_device_bytes:48:8 timeout_ns:56:8 cache_folder:64:8 max_submit_ns:72:8"),
             new NativeLayout(typeof(splat_memory_info), 40, false,
                 "struct_size:0:4 allocations:4:4 used_bytes:8:8 live_bytes:16:8 peak_bytes:24:8 budget_bytes:32:8"),
             new NativeLayout(typeof(splat_tensor_desc), 96, false,

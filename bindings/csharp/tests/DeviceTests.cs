@@ -32,6 +32,7 @@ namespace Splat.Tests
             {
                 options.CacheFolder = "";
                 options.Timeout = TimeSpan.FromSeconds(90);
+                options.MaxSubmit = TimeSpan.FromMilliseconds(50);
                 options.MaxDeviceBytes = 1 << 28;
                 using (var device = new Device(options))
                 {
@@ -55,6 +56,8 @@ namespace Splat.Tests
                 () => new Device(new DeviceOptions { MaxDeviceBytes = -1 }));
             Expect.Throws<ArgumentOutOfRangeException>(
                 () => new Device(new DeviceOptions { Timeout = TimeSpan.FromTicks(-1) }));
+            Expect.Throws<ArgumentOutOfRangeException>(
+                () => new Device(new DeviceOptions { MaxSubmit = TimeSpan.FromTicks(-1) }));
             Expect.Throws<ArgumentException>(() => new Device(new DeviceOptions { CacheFolder = "a\0b" }));
             Expect.Throws<ArgumentException>(() => new Device(new DeviceOptions { CacheFolder = "\ud800" }));
         }

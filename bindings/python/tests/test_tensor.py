@@ -50,8 +50,9 @@ class Devices(Case):
             self.refused(splat.OutOfDeviceMemory, "budget", splat.Tensor.zeros, device, (1 << 25,))
 
     def test_profiles(self) -> None:
-        with splat.Device(profile=True, kernels="plain") as device:
+        with splat.Device(profile=True, kernels="plain", max_submit=0.05) as device:
             splat.Tensor(device, values(5)).check()
+            self.assertGreater(device.profile()["lists"]["longest_submit_ms"], 0)
             self.assertTrue(device.profile()["ops"])
             self.assertIn("ms", device.profile_table())
             device.reset_profile()
@@ -65,6 +66,7 @@ class Devices(Case):
         self.refused(splat.InvalidArgument, "index is -1", splat.Device, -1)
         self.refused(splat.InvalidArgument, "uuid has 3 bytes", splat.Device, uuid=b"abc")
         self.refused(splat.InvalidArgument, "timeout", splat.Device, timeout=-1)
+        self.refused(splat.InvalidArgument, "max_submit", splat.Device, max_submit=-1)
         self.refused(splat.NoDevice, "llvmpipe" if "llvmpipe" in repr(self.device) else "",
                      splat.Device, kind="other")
 

@@ -11,6 +11,8 @@ vec4 sigmoid(vec4 x) {
     return mix(vec4(1.0), e, lessThan(x, vec4(0.0))) / (1.0 + e);
 }
 
+float sigmoid(float x) { return sigmoid(vec4(x)).x; }
+
 vec4 sigmoid_derivative(vec4 x) {
     const vec4 e = exponential(-abs(x));
     return e / ((1.0 + e) * (1.0 + e));

@@ -1,38 +1,40 @@
-// silu(t) = t / (1 + exp(-t)); with s = sigmoid(t) its derivative is s + t * s * (1 - s).
+// silu(t) = t s with s = 1 / (1 + exp(-t)); its derivative is s + t s (1 - s).
 //
-// Beyond 89 exp(-t) or s is 0 in float32. Inputs are bounded there, so that no infinity meets a 0. The bounds
-// compare bits: drivers may turn NaN into a bound of min() and max().
+// With a = |t|, e = exp(-a) and r = 1 / (1 + e), s is r, or e r for t < 0, and 1 - s the other one. Nothing cancels but
+// where the derivative has its root, and e in units of 2^-32 does not underflow before the result does.
 
 #ifndef SPLAT_SILU_GLSL
 #define SPLAT_SILU_GLSL
 
-float sigmoid(float t) {
-    const bool least = floatBitsToUint(t) - 0xC2B00000u <= 0xFF800000u - 0xC2B00000u;  // -infinity to -88
-    return 1.0 / (1.0 + exp(least ? 88.0 : -t));
-}
+#include "activations/exp.glsl"
 
-// -89 for numbers from -infinity to there.
-vec4 bounded_below(vec4 t) {
-    return mix(t, vec4(-89.0), lessThanEqual(floatBitsToUint(t) - 0xC2B20000u, uvec4(0xFF800000u - 0xC2B20000u)));
-}
+const float kSiluUnit = 2.3283064365386963e-10;  // 2^-32
 
-// +-89 for larger numbers of either sign.
-vec4 bounded(vec4 t) {
-    const uvec4 bits = floatBitsToUint(t), size = bits & 0x7FFFFFFFu;
-    return mix(t, uintBitsToFloat((bits & 0x80000000u) | 0x42B20000u),
-               lessThanEqual(size - 0x42B20000u, uvec4(0x7F800000u - 0x42B20000u)));
+struct SiluParts { vec4 a, e, r; };  // e in units of kSiluUnit
+
+SiluParts silu_parts(vec4 t) {
+    // At 109 the results are 0 or t in float32: no infinity meets a 0. By bits: min() may turn NaN into 109.
+    const uvec4 size = floatBitsToUint(t) & 0x7FFFFFFFu;
+    SiluParts parts;
+    parts.a = mix(abs(t), vec4(109.0), lessThanEqual(size - 0x42DA0000u, uvec4(0x7F800000u - 0x42DA0000u)));
+    const vec4 k = roundEven(parts.a * -1.44269504);
+    parts.e = exp_mantissa(-parts.a, vec4(0.0), k) * uintBitsToFloat(uvec4(ivec4(k) + 159) << 23);
+    parts.r = 1.0 / (1.0 + parts.e * kSiluUnit);
+    return parts;
 }
 
 vec4 silu(vec4 t) {
-    const vec4 u = bounded_below(t);
-    return u / (1.0 + exp(-u));
+    const SiluParts p = silu_parts(t);
+    precise const vec4 tail = -p.a * p.r * p.e * kSiluUnit;
+    return mix(t * p.r, tail, lessThan(t, vec4(0.0)));
 }
 float silu(float t) { return silu(vec4(t)).x; }
 
 vec4 silu_derivative(vec4 t) {
-    const vec4 u = bounded(t);
-    const vec4 s = 1.0 / (1.0 + exp(-u));
-    return s + u * s * (1.0 - s);
+    const SiluParts p = silu_parts(t);
+    precise const vec4 below = p.r * p.e * (1.0 - p.a * p.r) * kSiluUnit;
+    const vec4 above = p.r + p.a * p.r * p.r * (p.e * kSiluUnit);
+    return mix(above, below, lessThan(t, vec4(0.0)));
 }
 float silu_derivative(float t) { return silu_derivative(vec4(t)).x; }
 

@@ -4,6 +4,7 @@
 #ifndef SPLAT_PRIOR_LOSS_GLSL
 #define SPLAT_PRIOR_LOSS_GLSL
 
+#include "keep_nan.glsl"
 #include "params/fit_params.h"
 
 layout(push_constant) uniform Push { PriorLossParams dims; };

@@ -17,6 +17,9 @@ vec2 split_mean(float guess, float residual) {
     return vec2(mean, rest);
 }
 
+// Takes a mean out of units of 1 / unit. Not a quotient: one by 1 may be 2.5 ulp off, and then the rest tells nothing.
+float per_unit(float unit) { return unit == 1.0 ? 1.0 : 1.0 / kShrink; }
+
 // 1 / sqrt(var + eps) in units of 1 / unit, `variance` in units of unit^2. Where unit is kShrink, eps would
 // underflow, and is far below any variance but 0.
 float inverse_deviation(float variance, float eps, float unit) {

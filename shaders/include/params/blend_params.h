@@ -21,6 +21,7 @@ SPLAT_SPEC_ID kBlendStraightThroughId = 16u;  // backward, cpu: straight_through
 SPLAT_SPEC_ID kBlendSizesId = 17u;            // both passes: views have their own sizes
 SPLAT_SPEC_ID kBlendIdsId = 18u;  // forward: write the Gaussian of the largest weight, too
 SPLAT_SPEC_ID kBlendContributionsId = 19u;  // backward: also sum the weights and count pixels
+SPLAT_SPEC_ID kBlendPartsId = 20u;          // both passes: a part of each long list, see walks()
 
 struct BlendParams {
     uint width;
@@ -33,6 +34,8 @@ struct BlendParams {
     uint spread;            // see spread_tile.glsl; 0: tiles in order
     uint straight_through;  // backward: 1 passes the gradient through the clamp of alpha
     uint gaussians;         // per view
+    uint part_begin;        // entries before the part, see walks(); 0 without kBlendPartsId
+    uint part_entries;      // lists of more are walked in parts
 };
 
 #ifdef __cplusplus

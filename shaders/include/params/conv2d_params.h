@@ -9,6 +9,8 @@ namespace splat::params {
 using uint = std::uint32_t;
 #endif
 
+SPLAT_SPEC_ID kConv2dOutQuadsId = 10u;  // fast backward weight: quads of output channels of a lane, up to 8
+
 // A 3x3 convolution, stride 1, padded with one zero on each side.
 struct Conv2dParams {
     uint n;

@@ -46,6 +46,11 @@ struct ProjectParams {
     uint accumulate;  // backward: 1 adds to the gradients
     uint views;
     uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
+    // Backward: where first records begin behind the counts and sums of poses behind the exported gradients, and the
+    // vec4 of a record.
+    uint begins;
+    uint pose;
+    uint record_quads;
 };
 
 #undef SPLAT_FLAG

@@ -10,9 +10,10 @@ using uint = std::uint32_t;
 #endif
 
 // Specialisation constants.
-SPLAT_SPEC_ID kRadixSortBitsId = 10u;    // most bits of a digit
-SPLAT_SPEC_ID kRadixSortSecondId = 11u;  // each entry has a second value
-SPLAT_SPEC_ID kRadixSortRangedId = 12u;  // digits by the range of the keys
+SPLAT_SPEC_ID kRadixSortBitsId = 10u;          // most bits of a digit
+SPLAT_SPEC_ID kRadixSortSecondId = 11u;        // each entry has a second value
+SPLAT_SPEC_ID kRadixSortRangedId = 12u;        // digits by the range of the keys
+SPLAT_SPEC_ID kRadixSortMaxSubgroupsId = 13u;  // most subgroups of a workgroup
 
 struct RadixSortParams {
     uint capacity;  // entries that the arrays hold

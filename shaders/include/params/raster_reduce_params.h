@@ -21,6 +21,9 @@ struct ContributionReduceParams {
     uint views;
     uint accumulate;  // 1: added to the existing values
     uint groups_x;    // workgroups per row of the dispatch, see src/vk/launch.h
+    uint begins;      // index in the counts where first records begin
+    uint stride;      // vec2 from one record to the next
+    uint first;       // vec2 of the first one that is summed
 };
 
 #ifdef __cplusplus

@@ -1,15 +1,16 @@
 // What a call draws of its images: views may be smaller than params.width x params.height, and tiles may be off.
-// Needs kFlags, `params` with the window's tile rows, QUADS background and UINTS active_tiles.
+// Needs kFlags, `params` with the window's tile rows, TABLE background and UINT_TABLE active_tiles.
 
 #ifndef SPLAT_CALL_VIEWS_GLSL
 #define SPLAT_CALL_VIEWS_GLSL
 
 #include "params/project_params.h"
+#include "table.glsl"
 
 // Pixels of a view.
 ivec2 view_size(uint view) {
     if ((kFlags & kFlagViewSizes) == 0) return ivec2(params.width, params.height);
-    return ivec2(LD4(background, 1 + view).xy);
+    return ivec2(TABLE4(background, 1 + view).xy);
 }
 
 // Tile rows of the window that a view of this size has.
@@ -20,7 +21,7 @@ ivec2 view_rows(ivec2 size) {
 
 bool tile_is_active(uint view, int row, int column) {
     const uint words = (params.width + 511) >> 9, rows = (params.height + 15) >> 4;
-    const uint word = LD1(active_tiles, (view * rows + uint(row)) * words + uint(column) / 32);
+    const uint word = TABLE1(active_tiles, (view * rows + uint(row)) * words + uint(column) / 32);
     return (word >> (uint(column) & 31u) & 1u) != 0;
 }
 

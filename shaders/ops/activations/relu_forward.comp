@@ -10,6 +10,7 @@ QUADS(0, x);
 QUADS_OUT(1, y);
 layout(push_constant) uniform Push { ActivationParams params; };
 
+#include "keep_nan.glsl"
 #include "launch.glsl"
 
 void main() {

@@ -21,7 +21,9 @@ void copy_text(char (&to)[N], const std::string& from) {
     to[length] = '\0';
 }
 
-splat_device_info info_of(const vk::DeviceInfo& device) {
+/// `notes`: file of what is known of its kernels.
+splat_device_info info_of(vk::DeviceInfo device, const std::string& notes) {
+    const std::string kernels = self_test::leave_out_failed(device, notes);
     splat_device_info info{};
     SPLAT_COPY(info, device, index, vendor_id, device_id, vulkan_version, driver_version);
     info.kind = static_cast<splat_device_kind>(device.kind);
@@ -36,10 +38,11 @@ splat_device_info info_of(const vk::DeviceInfo& device) {
                     flag(device.features.subgroup_arithmetic, SPLAT_FEATURE_SUBGROUP_ARITHMETIC) |
                     flag(device.features.int64, SPLAT_FEATURE_INT64) |
                     flag(device.features.unified_memory, SPLAT_FEATURE_UNIFIED_MEMORY);
-    info.kernels = static_cast<splat_kernels>(device.kernels);
+    info.kernels = static_cast<splat_kernels>(device.kernels[0]);
     copy_text(info.name, device.name);
     copy_text(info.driver, device.driver);
-    copy_text(info.reason, device.reason);
+    copy_text(info.reason, device.usable() ? device.passed_over : device.reason);
+    copy_text(info.kernels_note, kernels);
     return info;
 }
 
@@ -61,6 +64,7 @@ Result<vk::ContextDesc> context_desc(const splat_device_desc& desc) {
     context.device.kind = static_cast<vk::DeviceKind>(desc.kind);
     std::ranges::copy(desc.uuid, context.device.uuid.begin());
     context.device.kernels = static_cast<vk::Kernels>(desc.kernels);
+    context.device.max_submit_ns = desc.max_submit_ns;
     const auto forced = environment("SPLAT_VALIDATION");
     context.device.validation =
         (desc.flags & SPLAT_DEVICE_VALIDATION) != 0 || (forced && *forced != "0");
@@ -121,7 +125,9 @@ splat_result splat_device_describe(uint32_t index, splat_device_info* info) {
         if (index >= devices.size())
             return invalid("index is %u, expected less than %zu, the number of devices", index,
                            devices.size());
-        api::give(info_of(devices[index]), info);
+        const std::string notes =
+            self_test::notes_path(user_cache_folder().value_or(""), devices[index]);
+        api::give(info_of(devices[index], notes), info);
         return {};
     });
 }
@@ -132,7 +138,7 @@ splat_result splat_device_create(const splat_device_desc* desc, splat_device* de
         complete.struct_size = sizeof complete;
         if (desc != nullptr) {
             SPLAT_TRY(api::check_desc(desc, SPLAT_DEVICE_VALIDATION | SPLAT_DEVICE_PROFILE));
-            complete = *desc;
+            SPLAT_TRY(api::take_input(desc, "desc", complete));
         }
         return api::open_device(complete);
     });
@@ -141,7 +147,7 @@ splat_result splat_device_create(const splat_device_desc* desc, splat_device* de
 splat_result splat_device_destroy(splat_device device) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Devices::remove(device, "device"));
-        if (object == nullptr || object->context->forked()) return {};
+        if (object == nullptr || object->saving == nullptr || object->context->forked()) return {};
         // Save now: the last child may never be destroyed, as finalisers of other languages may
         // not run.
         object->context->mutex.defer(std::move(object->saving));
@@ -156,7 +162,8 @@ splat_result splat_device_cancel(splat_device device) {
 
 splat_result splat_device_get_info(splat_device device, splat_device_info* info) {
     return api::describe(device, info, "info", [&](auto& object) {
-        splat_device_info filled = info_of(object.context->device().info());
+        splat_device_info filled = info_of(object.context->device().info(), object.tests.notes);
+        if (object.tests.chosen) filled.kernels_note[0] = '\0';
         filled.kernels = static_cast<splat_kernels>(object.context->device().kernels());
         return filled;
     });

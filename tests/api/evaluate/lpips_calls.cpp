@@ -26,6 +26,8 @@ class LpipsArrays {
     std::vector<splat_named_array> list_;
 };
 
+}  // namespace
+
 Weights lpips_weights() {
     LpipsArrays arrays;
     const std::pair<int, int> layers[] = {{0, 64},   {2, 64},   {5, 128},  {7, 128},  {10, 256},
@@ -48,8 +50,6 @@ Weights lpips_weights() {
                    Floats(static_cast<std::size_t>(channels[k]), 0.5F));
     return arrays.weights();
 }
-
-}  // namespace
 
 Lpips make_lpips(const Device& device) {
     const Weights weights = lpips_weights();

@@ -29,7 +29,7 @@ template <class Info>
 void MisuseTable::infos(const std::string& function, const std::string& parameter,
                         std::function<splat_result(Info*)> call) {
     for (const std::size_t size :
-         {std::size_t{0}, std::size_t{4}, sizeof(Info) - 1, std::size_t{0x7FFFFFFFU}})
+         {std::size_t{0}, std::size_t{4}, sizeof(Info) / 2, std::size_t{0x7FFFFFFFU}})
         add(function, parameter, "a struct_size of no version", kArgument, [call, size] {
             Output<Info> info;
             info.set_struct_size(static_cast<std::uint32_t>(size));
@@ -49,7 +49,7 @@ void MisuseTable::descs(const std::string& function, const std::string& paramete
     invalid("struct_size 0", [](Desc& desc) { desc.struct_size = 0; });
     invalid("struct_size 4", [](Desc& desc) { desc.struct_size = 4; });
     invalid("struct_size beyond all versions", [](Desc& desc) { desc.struct_size = 0x7FFFFFFFU; });
-    invalid("struct_size cut", [](Desc& desc) { desc.struct_size -= 1; });
+    invalid("struct_size cut", [](Desc& desc) { desc.struct_size /= 2; });
     const Later<Desc> later = {good, {0, 1}};
     add(function, parameter, "a member of a later version", kUnsupported, [call, later] {
         Later<Desc> given = later;

@@ -46,6 +46,21 @@ TEST_P(Silu, HasTheLimitsAtInfinity) {
     EXPECT_TRUE(std::isnan(gpu.grad_inputs[0][7])) << "NaN disappeared";
 }
 
+TEST_P(Silu, IsAccurateInBothTails) {
+    const std::vector<float> x = {-86, -60, -30, -12, 12, 30, 60, 86};
+    const OpResult gpu =
+        run_op(context(), sample("silu", Json::object(), {{{2, 4}, x}},
+                                 std::vector<HostTensor>{{{2, 4}, std::vector<float>(8, 1)}}));
+    ASSERT_OK(gpu.status);
+    for (std::size_t i = 0; i < 8; ++i) {
+        const auto t = static_cast<double>(x[i]);
+        const double s = 1 / (1 + std::exp(-t)), slope = s + t * s / (1 + std::exp(t));
+        EXPECT_NEAR(static_cast<double>(gpu.outputs[0][i]) / (t * s), 1, 1e-6)
+            << "silu(" << t << ")";
+        EXPECT_NEAR(static_cast<double>(gpu.grad_inputs[0][i]) / slope, 1, 1e-6) << "at " << t;
+    }
+}
+
 TEST_P(Silu, GoldenNet) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
     each_golden("norm", [&](const Golden& golden) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "gaussians/set_statistics.h"
@@ -34,6 +35,19 @@ TEST(Shaders, TableIsUniqueAndReadable) {
         EXPECT_LE(interface.value().push_bytes, vk::PushData::kMaxBytes) << module.name;
     }
     EXPECT_GE(names.size(), 16U);
+}
+
+/// A Raspberry Pi's driver, V3DV, binds no more.
+constexpr std::ptrdiff_t kMostStorageBuffers = 8;
+
+TEST(Shaders, BindFewStorageBuffers) {
+    for (const vk::ShaderModule& module : vk::shader_modules()) {
+        const vk::ShaderInterface interface = vk::reflect(module.words).value();
+        EXPECT_LE(std::ranges::count(interface.bindings, vk::DescriptorType::kStorageBuffer,
+                                     &vk::ShaderBinding::type),
+                  kMostStorageBuffers)
+            << module.name;
+    }
 }
 
 TEST(Shaders, AreReproducibleAndSplittable) {

@@ -5,13 +5,17 @@
 #include <vector>
 
 #include "ref/op_ref.h"
+#include "ref/rounded.h"
 
 /// y[n] = 1/P sum_p sum_c w_c d_c^2, d = a / (|a| + eps) - b / (|b| + eps), |.| over the channels.
 ///
 /// With u_c = 2 w_c d_c:  da_c = g/P (u_c / (|a| + eps) - a_c (u . a) / (|a| (|a| + eps)^2)); 0 for a = 0.
 ///
-/// d is a difference of rounded numbers: its magnitudes hold those of both unit vectors.
+/// d is a difference of rounded numbers: its magnitudes hold those of both unit vectors. An element of one is a
+/// quotient by a root, and so is 1 / |a|: off by 14 roundings, where a bound has 8 and more for each magnitude.
 namespace splat::ref {
+
+inline constexpr double kByLength = (kRootRoundings + kQuotientRoundings) / 8;
 
 struct FeatureShape {
     std::size_t n, c, p;
@@ -20,7 +24,8 @@ struct FeatureShape {
 template <class Real>
 struct FeaturePixel {
     Real length_a = 0, length_b = 0;
-    std::vector<Real> a, d, size;  ///< size = |a| / (|a| + eps) + the same of b, element by element
+    std::vector<Real> a, d,
+        size;  ///< size = kByLength (|a| / (|a| + eps) + the same of b), by element
 };
 
 template <class Real>
@@ -40,7 +45,7 @@ FeaturePixel<Real> feature_pixel(const FeatureShape& s, const std::vector<Real>&
         const Real of_b = b[at(c)] / (pixel.length_b + eps);
         pixel.a.push_back(a[at(c)]);
         pixel.d.push_back(of_a - of_b);
-        pixel.size.push_back(std::abs(of_a) + std::abs(of_b));
+        pixel.size.push_back(Real(kByLength) * (std::abs(of_a) + std::abs(of_b)));
     }
     return pixel;
 }
@@ -81,11 +86,14 @@ Summed<Real> feature_distance_backward(const FeatureShape& s, const std::vector<
             const Real scale = grad_y[n] / Real(s.p);
             for (std::size_t c = 0; c < s.c; ++c) {
                 const Real back = 1 / (pixel.length_a * length * length);
-                grad.add((n * s.c + c) * s.p + p,
-                         scale * (2 * w[c] * pixel.d[c] / length - pixel.a[c] * along * back),
-                         std::abs(scale) *
-                             (2 * std::abs(w[c]) * (std::abs(pixel.d[c]) + pixel.size[c]) / length +
-                              std::abs(pixel.a[c]) * along_size * back));
+                grad.add(
+                    (n * s.c + c) * s.p + p,
+                    scale * (2 * w[c] * pixel.d[c] / length - pixel.a[c] * along * back),
+                    std::abs(scale) *
+                        (2 * std::abs(w[c]) *
+                             (Real(kByLength) * std::abs(pixel.d[c]) + pixel.size[c]) / length +
+                         std::abs(pixel.a[c]) *
+                             (along_size + 3 * Real(kByLength) * std::abs(along)) * back));
             }
         }
     return grad;

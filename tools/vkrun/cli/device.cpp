@@ -113,6 +113,7 @@ Json device_json(const splat_device_info& info) {
     json["usable"] = info.usable != 0;
     json["reason"] = info.reason;
     json["kernels"] = kernels_name(info.kernels);
+    json["kernels_note"] = info.kernels_note;
     json["heap_bytes"] = info.heap_bytes;
     json["max_allocation_bytes"] = info.max_allocation_bytes;
     json["max_storage_buffer_bytes"] = info.max_storage_buffer_bytes;
@@ -129,9 +130,11 @@ std::string device_sentence(const splat_device_info& info) {
 }
 
 std::optional<std::size_t> best_device(const std::vector<splat_device_info>& devices) {
-    std::optional<std::size_t> best;
+    std::optional<std::size_t> best;  // a usable one with a reason is not the best
     for (std::size_t i = 0; i < devices.size(); ++i)
-        if (devices[i].usable != 0 && (!best || devices[i].kind > devices[*best].kind)) best = i;
+        if (devices[i].usable != 0 && devices[i].reason[0] == '\0' &&
+            (!best || devices[i].kind > devices[*best].kind))
+            best = i;
     return best;
 }
 

@@ -16,9 +16,10 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kDevicesFooter =
-    R"(A device that libsplat cannot use is listed with the reason. '*' marks the one that is
-opened by default. 'kernels' names the shaders that run on the device: plain ones on any device,
-cpu or gpu ones on a device with subgroups of 8 or more lanes.
+    R"(A device that libsplat cannot use, or only if it is named, is listed with the reason. '*' marks
+the one that is opened by default. 'kernels' names the shaders that run networks on the device:
+plain ones on any device, cpu or gpu ones on a device with subgroups of 8 or more lanes. A line below
+the table says where others sort and blend, and which ones failed their test here.
 
 Exit status: 0 there is a usable device, 1 other failures, 2 wrong usage, 3 no usable device.
 
@@ -34,8 +35,14 @@ void print_table(const std::vector<splat_device_info>& devices, std::optional<st
                    kind_name(info.kind), info.name, info.driver,
                    vulkan_version_text(info.vulkan_version), bytes_text(info.heap_bytes),
                    kernels_name(info.kernels),
-                   info.usable != 0 ? "yes" : std::string("no: ") + info.reason});
+                   (info.usable == 0         ? "no: "
+                    : info.reason[0] != '\0' ? "yes, if named: "
+                                             : "yes") +
+                       std::string(info.reason)});
     std::fputs(table.text().c_str(), stdout);
+    for (const splat_device_info& info : devices)
+        if (info.kernels_note[0] != '\0')
+            std::printf("device %u: %s\n", info.index, info.kernels_note);
 }
 
 Json to_json(const std::vector<splat_device_info>& devices, std::optional<std::size_t> best) {
@@ -64,11 +71,10 @@ int run_devices(bool json) {
     const auto best = best_device(devices);
     if (exit_code == kSuccess && !best) {
         exit_code = kNoDevice;
-        problem =
-            devices.empty()
-                ? "Vulkan drivers are installed, but none of them has a device here; on Debian "
-                  "`apt-get install mesa-vulkan-drivers` gives a software one"
-                : "none of the devices can be used; the reasons are listed";
+        problem = devices.empty()
+                      ? "Vulkan drivers are installed, but none of them has a device here; Mesa's "
+                        "mesa-vulkan-drivers (Debian, Ubuntu, Fedora) gives a software one"
+                      : "none of the devices can be used; the reasons are listed";
     }
     if (json) {
         Json document = to_json(devices, best);

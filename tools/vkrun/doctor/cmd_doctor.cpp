@@ -89,8 +89,8 @@ std::string choice_words(const std::string& wish, const splat_device_info& info,
 
 /// What to do if no device opens.
 std::string remedy_for(const Failure& failure) {
-    for (const char* name :
-         {"SPLAT_KERNELS", "SPLAT_SELF_TEST", "SPLAT_TIMEOUT_SCALE", "SPLAT_VALIDATION"})
+    for (const char* name : {"SPLAT_KERNELS", "SPLAT_MAX_SUBMIT_MS", "SPLAT_SELF_TEST",
+                             "SPLAT_TIMEOUT_SCALE", "SPLAT_VALIDATION"})
         if (variable(name) && std::string(failure.what()).find(name) != std::string::npos)
             return std::string("unset ") + name + ", or do what the sentence says";
     if (failure.code() == kNoDevice) return "choose one that 'vkrun devices' lists as usable";

@@ -37,6 +37,8 @@ Findings check_cache_folder();
 
 Findings check_devices(const std::vector<splat_device_info>& devices);
 Findings check_limits(const splat_device_info& info);
+/// For a device with a kernels_note.
+Finding kernels_finding(const splat_device_info& info);
 Findings check_kernels(const splat_device_info& info, const splat_device_info& described);
 Findings check_memory(splat_device device, const splat_device_info& info);
 /// Opens the device again, under the validation layer, and runs an operator.

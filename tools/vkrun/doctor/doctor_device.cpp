@@ -52,8 +52,8 @@ Findings check_devices(const std::vector<splat_device_info>& devices) {
     if (devices.empty())
         findings.push_back(
             {"devices", State::kError, "the drivers found show no device",
-             "`apt-get install mesa-vulkan-drivers` gives a software device; it needs "
-             "no GPU"});
+             "mesa-vulkan-drivers (`apt-get install` or `dnf install`) gives a software device; it "
+             "needs no GPU"});
     return findings;
 }
 
@@ -69,8 +69,10 @@ Findings check_limits(const splat_device_info& info) {
         at_least("subgroups", shuffle ? info.subgroup_size : 0, 8,
                  format("subgroups of %u lanes, %s", info.subgroup_size,
                         shuffle ? "with shuffle" : "without shuffle"),
-                 "the fast kernels need 8 lanes with shuffle, so only the plain ones run",
-                 "a newer driver may help; results are the same, slower"));
+                 "the fast kernels of networks need 8 lanes with shuffle, so plain ones run",
+                 info.kind == SPLAT_DEVICE_KIND_CPU
+                     ? "LP_NATIVE_VECTOR_WIDTH=256 in the environment may give lavapipe 8 lanes"
+                     : "a newer driver may help; results are the same, slower"));
     findings.push_back(at_least(
         "workgroups", info.shared_memory_bytes, 16384,
         format("workgroups of %u invocations with %s of shared memory",
@@ -84,10 +86,18 @@ Findings check_limits(const splat_device_info& info) {
     return findings;
 }
 
+Finding kernels_finding(const splat_device_info& info) {
+    return {"kernels", State::kWarning,
+            std::string(kernels_name(info.kernels)) + " kernels run; " + info.kernels_note,
+            "a newer driver may help; kernels that failed are tested again with it, or without the "
+            "*.tested file in the folder of the pipeline cache; results are the same, slower"};
+}
+
 Findings check_kernels(const splat_device_info& info, const splat_device_info& described) {
     std::string words = std::string(kernels_name(info.kernels)) + " kernels run";
     const auto forced = variable("SPLAT_KERNELS");
     if (forced && *forced != "auto") words += ", because SPLAT_KERNELS=" + *forced;
+    if (info.kernels_note[0] != '\0') return {kernels_finding(info)};
     if (info.kernels == described.kernels) return {{"kernels", State::kOk, words, ""}};
     return {{"kernels", State::kWarning,
              words + "; " + kernels_name(described.kernels) + " ones suit this device better",

@@ -102,12 +102,15 @@ Findings check_operators(const splat_device_desc& desc) {
         const splat_kernels runs = info_of(device.get()).kernels;
         if (runs == before) continue;
         before = runs;
+        const std::string known = info_of(device.get()).kernels_note;
         for (const OpCase& op_case : self_test_cases()) try {
                 for (Finding& finding : check_operator(device.get(), kernels_name(runs), op_case))
                     findings.push_back(std::move(finding));
             } catch (const Failure& failure) {
                 findings.push_back({op_case.op, State::kError, failure.what(), kWrong});
             }
+        if (const splat_device_info now = info_of(device.get()); known != now.kernels_note)
+            findings.push_back(kernels_finding(now));
     }
     return findings;
 }

@@ -19,8 +19,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kInstallDrivers =
-    "install a driver: `apt-get install mesa-vulkan-drivers` (AMD, Intel, and the software driver "
-    "lavapipe) or `apt-get install nvidia-vulkan-icd` (NVIDIA, from non-free)";
+    "install a driver: on Debian `apt-get install mesa-vulkan-drivers` (AMD, Intel, and lavapipe, "
+    "by software) or `apt-get install nvidia-vulkan-icd` (NVIDIA, from non-free), elsewhere the "
+    "same of the system's packages, on a Mac MoltenVK";
 
 std::vector<std::string> split(const std::string& text) {
     std::vector<std::string> parts;
@@ -201,10 +202,10 @@ Findings check_gpu_nodes(const std::vector<splat_device_info>& devices) {
 Findings check_environment() {
     std::string words;
     for (const char* name :
-         {"SPLAT_KERNELS", "SPLAT_SELF_TEST", "SPLAT_TIMEOUT_SCALE", "SPLAT_VALIDATION",
-          "VK_DRIVER_FILES", "VK_ICD_FILENAMES", "VK_ADD_DRIVER_FILES", "VK_LOADER_DRIVERS_SELECT",
-          "VK_LOADER_DRIVERS_DISABLE", "VK_INSTANCE_LAYERS", "VK_LAYER_PATH", "NODEVICE_SELECT",
-          "MESA_VK_DEVICE_SELECT", "LP_NUM_THREADS"})
+         {"SPLAT_KERNELS", "SPLAT_MAX_SUBMIT_MS", "SPLAT_SELF_TEST", "SPLAT_TIMEOUT_SCALE",
+          "SPLAT_VALIDATION", "VK_DRIVER_FILES", "VK_ICD_FILENAMES", "VK_ADD_DRIVER_FILES",
+          "VK_LOADER_DRIVERS_SELECT", "VK_LOADER_DRIVERS_DISABLE", "VK_INSTANCE_LAYERS",
+          "VK_LAYER_PATH", "NODEVICE_SELECT", "MESA_VK_DEVICE_SELECT", "LP_NUM_THREADS"})
         if (const auto value = variable(name))
             words += (words.empty() ? "" : ", ") + std::string(name) + "=" + *value;
     if (words.empty())

@@ -203,7 +203,7 @@ class FeatureFlags(IntFlag):
     SUBGROUP_SHUFFLE     threads of a subgroup read each other's values
     SUBGROUP_ARITHMETIC  subgroups have sums and other reductions
     INT64                shaders have integers of 64 bits
-    UNIFIED_MEMORY       device memory is host-visible: tensors map without a copy
+    UNIFIED_MEMORY       the host reads device memory in place, through its caches: tensors map without a copy
     """
 
     TIMESTAMPS = 1
@@ -216,7 +216,9 @@ class FeatureFlags(IntFlag):
 class DeviceSelect(OpenEnum):
     """How a device is chosen.
 
-    BEST      discrete, then integrated, virtual, CPU; lowest index within a kind
+    BEST      discrete, then integrated, virtual, CPU; lowest index within a kind. Of GPUs, drivers that passed no
+              conformance test come after all others, a second driver of a GPU last; the next device is tried where
+              one cannot be opened
     BY_INDEX  field `index`
     BY_UUID   field `uuid`
     BY_KIND   field `kind`; lowest index
@@ -949,7 +951,7 @@ class splat_device_info(Structure):
     struct_size: int; index: int; kind: int; usable: int; vendor_id: int; device_id: int; vulkan_version: int
     driver_version: int; uuid: Any; heap_bytes: int; max_allocation_bytes: int; max_storage_buffer_bytes: int
     max_workgroup_invocations: int; shared_memory_bytes: int; subgroup_size: int; features: int; kernels: int
-    reserved: int; name: Any; driver: Any; reason: Any
+    reserved: int; name: Any; driver: Any; reason: Any; kernels_note: Any
     _fields_ = [
         ("struct_size", c_uint32), ("index", c_uint32), ("kind", c_int32), ("usable", c_uint32),
         ("vendor_id", c_uint32), ("device_id", c_uint32), ("vulkan_version", c_uint32), ("driver_version", c_uint32),
@@ -957,16 +959,17 @@ class splat_device_info(Structure):
         ("max_storage_buffer_bytes", c_uint64), ("max_workgroup_invocations", c_uint32),
         ("shared_memory_bytes", c_uint32), ("subgroup_size", c_uint32), ("features", c_uint32), ("kernels", c_int32),
         ("reserved", c_uint32), ("name", c_char * 256), ("driver", c_char * 256), ("reason", c_char * 256),
+        ("kernels_note", c_char * 256),
     ]
 
 
 class splat_device_desc(Structure):
     struct_size: int; flags: int; next: Any; select: int; index: int; kind: int; kernels: int; uuid: Any
-    max_device_bytes: int; timeout_ns: int; cache_folder: Any
+    max_device_bytes: int; timeout_ns: int; cache_folder: Any; max_submit_ns: int
     _fields_ = [
         ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("select", c_int32), ("index", c_uint32),
         ("kind", c_int32), ("kernels", c_int32), ("uuid", c_uint8 * 16), ("max_device_bytes", c_uint64),
-        ("timeout_ns", c_uint64), ("cache_folder", c_char_p),
+        ("timeout_ns", c_uint64), ("cache_folder", c_char_p), ("max_submit_ns", c_uint64),
     ]
 
 
@@ -1706,18 +1709,18 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("pixels", 0, 8), ("bytes", 8, 8), ("type", 16, 4), ("width", 20, 4), ("height", 24, 4), ("channels", 28, 4),
         ("row_stride", 32, 8), ("pixel_stride", 40, 8), ("channel_stride", 48, 8),
     )),
-    "splat_device_info": (splat_device_info, False, 864, (
+    "splat_device_info": (splat_device_info, False, 1120, (
         ("struct_size", 0, 4), ("index", 4, 4), ("kind", 8, 4), ("usable", 12, 4), ("vendor_id", 16, 4),
         ("device_id", 20, 4), ("vulkan_version", 24, 4), ("driver_version", 28, 4), ("uuid", 32, 16),
         ("heap_bytes", 48, 8), ("max_allocation_bytes", 56, 8), ("max_storage_buffer_bytes", 64, 8),
         ("max_workgroup_invocations", 72, 4), ("shared_memory_bytes", 76, 4), ("subgroup_size", 80, 4),
         ("features", 84, 4), ("kernels", 88, 4), ("reserved", 92, 4), ("name", 96, 256), ("driver", 352, 256),
-        ("reason", 608, 256),
+        ("reason", 608, 256), ("kernels_note", 864, 256),
     )),
-    "splat_device_desc": (splat_device_desc, False, 72, (
+    "splat_device_desc": (splat_device_desc, False, 80, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("select", 16, 4), ("index", 20, 4), ("kind", 24, 4),
         ("kernels", 28, 4), ("uuid", 32, 16), ("max_device_bytes", 48, 8), ("timeout_ns", 56, 8),
-        ("cache_folder", 64, 8),
+        ("cache_folder", 64, 8), ("max_submit_ns", 72, 8),
     )),
     "splat_memory_info": (splat_memory_info, False, 40, (
         ("struct_size", 0, 4), ("allocations", 4, 4), ("used_bytes", 8, 8), ("live_bytes", 16, 8),

@@ -59,10 +59,12 @@ class DeviceInfo(Record):
     shared_memory_bytes        most shared memory of a workgroup
     subgroup_size              threads of a subgroup
     features                   what the device can do, bits of `FeatureFlags`
-    kernels                    what `Kernels.AUTO` means on this device
+    kernels                    what `Kernels.AUTO` means, for networks
     name                       name of the device, in the driver's words
     driver                     name and version, in the driver's words
-    reason                     why the device is not usable; empty if it is
+    reason                     why it is not usable, or another one is the best; else empty
+    kernels_note               what sorts and blends where that is not `kernels`, or why kernels failed here; else
+                               empty
     """
 
     index: int
@@ -84,6 +86,7 @@ class DeviceInfo(Record):
     name: str
     driver: str
     reason: str
+    kernels_note: str
 
 
 @dataclass(frozen=True)

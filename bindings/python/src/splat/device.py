@@ -56,8 +56,9 @@ class Device(Handle):
     validation         let Khronos' layer check every call; its messages go to the log
     profile            time every dispatch, see `profile`
     max_bytes          budget of device memory; 0: the device's own
-    timeout            seconds that one call may wait for the device; 0: 60
+    timeout            seconds that one piece of work may take; 0: 60
     cache_folder       of compiled shaders; None: in the user's cache folder, "": none
+    max_submit         longest time of a piece of work, in seconds; 0: 0.1, on CPU devices 0.25
     Raises NoDevice (with a list of the devices), Unsupported (the device lacks a feature).
     """
 
@@ -67,7 +68,7 @@ class Device(Handle):
     def __init__(self, index: Optional[int] = None, *, uuid: Optional[bytes] = None,
                  kind: Union[None, int, _native.DeviceKindName] = None, kernels: Union[int, _native.KernelsName] = 0,
                  validation: bool = False, profile: bool = False, max_bytes: int = 0,
-                 timeout: float = 0.0, cache_folder: Optional[PathLike] = None) -> None:
+                 timeout: float = 0.0, cache_folder: Optional[PathLike] = None, max_submit: float = 0.0) -> None:
         desc = _native.splat_device_desc(struct_size=sizeof(_native.splat_device_desc))
         if sum(each is not None for each in (index, uuid, kind)) > 1:
             raise InvalidArgument("index, uuid and kind exclude each other: give one of them")
@@ -82,13 +83,15 @@ class Device(Handle):
         if kind is not None:
             desc.select = int(_native.DeviceSelect.BY_KIND)
             desc.kind = choice(_native.DeviceKind, kind, "kind")
-        if not 0 <= timeout < 1e9:
-            raise InvalidArgument(f"timeout is {timeout}, expected seconds from 0 to 1e9")
+        for name, seconds in (("timeout", timeout), ("max_submit", max_submit)):
+            if not 0 <= seconds < 1e9:
+                raise InvalidArgument(f"{name} is {seconds}, expected seconds from 0 to 1e9")
         desc.kernels = choice(_native.Kernels, kernels, "kernels")
         desc.flags = flags_of((validation, _native.DeviceFlags.VALIDATION),
                               (profile, _native.DeviceFlags.PROFILE))
         desc.max_device_bytes = whole(max_bytes, "max_bytes", 64)
         desc.timeout_ns = int(timeout * 1e9)
+        desc.max_submit_ns = int(max_submit * 1e9)
         desc.cache_folder = path_of(cache_folder, "cache_folder")
         self._own(made("device", direct, lib.splat_device_create, byref(desc)))
         _devices.add(self)

@@ -26,8 +26,10 @@ pub struct DeviceDesc {
     pub uuid: [u8; 16],
     /// Budget; 0: the device's heap, on CPU devices 3/4 of physical memory.
     pub max_device_bytes: u64,
-    /// Longest wait for the device in one call; 0: 60 s.
+    /// Longest wait for one piece of work; 0: 60 s.
     pub timeout_ns: u64,
+    /// Longest time of a piece of work, by the times of those before; 0: 0.1 s, on CPU devices 0.25 s.
+    pub max_submit_ns: u64,
     /// Pipeline cache; None: in the user's cache folder; empty: none.
     pub cache_folder: Option<PathBuf>,
 }
@@ -67,6 +69,7 @@ impl Device {
             uuid: desc.uuid,
             max_device_bytes: desc.max_device_bytes,
             timeout_ns: desc.timeout_ns,
+            max_submit_ns: desc.max_submit_ns,
             cache_folder: pointer(&cache_folder),
             ..Default::default()
         };

@@ -74,7 +74,7 @@ flags! {
         /** threads of a subgroup read each other's values */ SUBGROUP_SHUFFLE = SPLAT_FEATURE_SUBGROUP_SHUFFLE,
         /** subgroups have sums and other reductions */ SUBGROUP_ARITHMETIC = SPLAT_FEATURE_SUBGROUP_ARITHMETIC,
         /** shaders have integers of 64 bits */ INT64 = SPLAT_FEATURE_INT64,
-        /// device memory is host-visible: tensors map without a copy
+        /// the host reads device memory in place, through its caches: tensors map without a copy
         UNIFIED_MEMORY = SPLAT_FEATURE_UNIFIED_MEMORY,
     }
 }
@@ -82,7 +82,10 @@ flags! {
 number! {
     /// How a device is chosen.
     DeviceSelect {
-        /** discrete, then integrated, virtual, CPU; lowest index within a kind */ BEST = SPLAT_SELECT_BEST,
+        /// discrete, then integrated, virtual, CPU; lowest index within a kind. Of GPUs, drivers that passed no
+        /// conformance test come after all others, a second driver of a GPU last; the next device is tried where one
+        /// cannot be opened
+        BEST = SPLAT_SELECT_BEST,
         /** field `index` */ BY_INDEX = SPLAT_SELECT_BY_INDEX,
         /** field `uuid` */ BY_UUID = SPLAT_SELECT_BY_UUID,
         /** field `kind`; lowest index */ BY_KIND = SPLAT_SELECT_BY_KIND,
@@ -582,10 +585,12 @@ output! {
         /** most shared memory of a workgroup */ shared_memory_bytes: u32 = raw.shared_memory_bytes,
         /** threads of a subgroup */ subgroup_size: u32 = raw.subgroup_size,
         /** what the device can do, bits of `Features` */ features: Features = Features(raw.features),
-        /** what `Kernels::AUTO` means on this device */ kernels: Kernels = Kernels(raw.kernels),
+        /** what `Kernels::AUTO` means, for networks */ kernels: Kernels = Kernels(raw.kernels),
         /** name of the device, in the driver's words */ name: String = chars(&raw.name),
         /** name and version, in the driver's words */ driver: String = chars(&raw.driver),
-        /** why the device is not usable; empty if it is */ reason: String = chars(&raw.reason),
+        /** why it is not usable, or another one is the best; else empty */ reason: String = chars(&raw.reason),
+        /// what sorts and blends where that is not `kernels`, or why kernels failed here; else empty
+        kernels_note: String = chars(&raw.kernels_note),
     }
 }
 

@@ -33,7 +33,8 @@ fn a_device_that_does_not_exist_is_refused() {
 fn profiles_need_their_flag() {
     let error = device().profile_json().unwrap_err();
     assert_eq!(error.code(), Code::InvalidState);
-    let desc = DeviceDesc { flags: splat::DeviceFlags::PROFILE, ..Default::default() };
+    let flags = splat::DeviceFlags::PROFILE;
+    let desc = DeviceDesc { flags, max_submit_ns: 50_000_000, ..Default::default() };
     let profiled = Device::create(&desc).unwrap();
     Tensor::from_slice(&profiled, &[4], &[1.0_f32; 4]).unwrap().check().unwrap();
     assert!(profiled.profile_json().unwrap().contains("tensor_stats"));

@@ -26,7 +26,7 @@ struct Footprint {
 };
 
 // A footprint of up to 6 rows by 15 columns packs into uvec2. x: the key of its first column in its first row
-// that has tiles (below kMaxWindowTiles, src/raster/raster_desc.h) | rows 4 and 5 << 16; y: rows 0 to 3, from
+// that has tiles (below max_window_tiles(), src/raster/raster_desc.h) | rows 4 and 5 << 16; y: rows 0 to 3, from
 // that one on, 8 bits each, length | first column << 4. A larger footprint is (kNotPacked, number of tiles) and
 // computed again.
 const int kPackedRows = 6;
