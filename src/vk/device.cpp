@@ -117,31 +117,34 @@ std::string why_unusable(const DeviceInfo& info, bool has_queue) {
     return "";
 }
 
-/// The driver's maxBufferSize. Vulkan 1.3 has it, and so has an extension before.
-std::uint64_t max_buffer_bytes(const Instance& instance, VkPhysicalDevice physical,
-                               std::uint32_t version) {
-    VkPhysicalDeviceMaintenance4Properties found{};
-    found.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_4_PROPERTIES;
+/// Properties that Vulkan 1.3 has, and an extension before; zeros where the driver has neither.
+template <class Properties>
+Properties properties_of(const Instance& instance, VkPhysicalDevice physical, std::uint32_t version,
+                         VkStructureType type, const char* extension) {
+    Properties found{};
+    found.sType = type;
     VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
                                            .pNext = &found};
-    if (version >= VK_API_VERSION_1_3 ||
-        instance.has_extension(physical, VK_KHR_MAINTENANCE_4_EXTENSION_NAME))
+    if (version >= VK_API_VERSION_1_3 || instance.has_extension(physical, extension))
         instance.get_properties2(physical, &properties);
-    return found.maxBufferSize != 0 ? found.maxBufferSize : ~std::uint64_t{0};
+    return found;
 }
 
-/// How many lanes a subgroup may have. Vulkan 1.3 tells, and so does an extension before.
-void read_lanes(const Instance& instance, VkPhysicalDevice physical, std::uint32_t version,
-                DeviceLimits& limits) {
-    VkPhysicalDeviceSubgroupSizeControlProperties found{};
-    found.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_PROPERTIES;
-    VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
-                                           .pNext = &found};
-    if (version >= VK_API_VERSION_1_3 ||
-        instance.has_extension(physical, VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME))
-        instance.get_properties2(physical, &properties);
-    limits.least_lanes = found.minSubgroupSize != 0 ? found.minSubgroupSize : limits.subgroup_size;
-    limits.most_lanes = std::max(found.maxSubgroupSize, limits.subgroup_size);
+/// Largest buffer, and how many lanes a subgroup may have.
+void read_later_limits(const Instance& instance, VkPhysicalDevice physical, std::uint32_t version,
+                       DeviceLimits& limits) {
+    const std::uint64_t bytes =
+        properties_of<VkPhysicalDeviceMaintenance4Properties>(
+            instance, physical, version, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_4_PROPERTIES,
+            VK_KHR_MAINTENANCE_4_EXTENSION_NAME)
+            .maxBufferSize;
+    const auto lanes = properties_of<VkPhysicalDeviceSubgroupSizeControlProperties>(
+        instance, physical, version,
+        VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_PROPERTIES,
+        VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME);
+    limits.max_buffer_bytes = bytes != 0 ? bytes : ~std::uint64_t{0};
+    limits.least_lanes = lanes.minSubgroupSize != 0 ? lanes.minSubgroupSize : limits.subgroup_size;
+    limits.most_lanes = std::max(lanes.maxSubgroupSize, limits.subgroup_size);
 }
 
 /// What follows from the other fields: a binding lies within a buffer, which has an allocation of its own.
@@ -184,7 +187,6 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     limits.max_storage_buffer_bytes = core.limits.maxStorageBufferRange;
     limits.max_storage_buffers = core.limits.maxPerStageDescriptorStorageBuffers;
     limits.max_texel_elements = core.limits.maxTexelBufferElements;
-    limits.max_buffer_bytes = max_buffer_bytes(instance, physical, core.apiVersion);
     limits.max_allocation_bytes = p11.maxMemoryAllocationSize;
     limits.offset_alignment = std::max({core.limits.minStorageBufferOffsetAlignment,
                                         core.limits.minTexelBufferOffsetAlignment,
@@ -195,7 +197,7 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     limits.shared_memory_bytes = core.limits.maxComputeSharedMemorySize;
     limits.push_constant_bytes = core.limits.maxPushConstantsSize;
     limits.subgroup_size = p11.subgroupSize;
-    read_lanes(instance, physical, core.apiVersion, limits);
+    read_later_limits(instance, physical, core.apiVersion, limits);
 
     const bool compute_subgroups = (p11.subgroupSupportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0;
     const auto has_operations = [&](VkSubgroupFeatureFlags wanted) {

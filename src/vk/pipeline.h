@@ -37,7 +37,7 @@ class Pipelines : NoCopy {
     /// Wait until it is compiled; call it before binding. Errors: the driver's; the next call tries again.
     Status wait(Pipeline& pipeline);
 
-    /// Waits that failed because the driver did not make the pipeline, and not for want of the host's memory.
+    /// Waits that failed because the driver did not make the pipeline, and not for want of memory.
     [[nodiscard]] std::size_t refused() const { return refused_; }
 
     /// Write the cache file if anything was added.

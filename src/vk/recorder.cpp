@@ -38,19 +38,6 @@ bool overlaps_partly(const BufferView& a, const BufferView& b) {
     return a.overlaps(b) && !a.same_range(b);
 }
 
-/// The module of a stem; the plain one where the kernels have none of their own.
-Result<const ShaderModule*> module_for(const char* op, const char* stem, Kernels kernels) {
-    const ShaderVariants variants = shader_variants(stem);
-    const ShaderModule* module = nullptr;
-    if (kernels == Kernels::kCpu) module = variants.cpu;
-    if (kernels == Kernels::kGpu) module = variants.gpu;
-    if (module == nullptr) module = variants.plain;
-    if (module == nullptr)
-        return error(Code::kInternal, "%s: no shader '%s' is built in for %s kernels", op, stem,
-                     kernels_name(kernels));
-    return module;
-}
-
 Status check_declarations(const Command& command, bool may_alias) {
     const ShaderInterface& interface = command.pipeline->interface;
     if (command.accesses.size() != interface.bindings.size())
@@ -84,6 +71,14 @@ Status check_declarations(const Command& command, bool may_alias) {
 }
 
 }  // namespace
+
+const ShaderModule* module_for(std::string_view stem, Kernels kernels) {
+    const ShaderVariants variants = shader_variants(stem);
+    const ShaderModule* module = nullptr;
+    if (kernels == Kernels::kCpu) module = variants.cpu;
+    if (kernels == Kernels::kGpu) module = variants.gpu;
+    return module != nullptr ? module : variants.plain;
+}
 
 double estimated_seconds(const DeviceInfo& info, Kernels kernels, const Work& work) {
     constexpr double kLeastSeconds = 1e-6;  // a dispatch that does next to nothing
@@ -123,7 +118,10 @@ Status Recorder::check_limits(const Command& command) const {
 
 Status Recorder::dispatch(const Dispatch& dispatch) {
     const Kernels used = dispatch.kernels.value_or(kernels());
-    SPLAT_ASSIGN(const ShaderModule* module, module_for(dispatch.op, dispatch.shader, used));
+    const ShaderModule* module = module_for(dispatch.shader, used);
+    if (module == nullptr)
+        return error(Code::kInternal, "%s: no shader '%s' is built in for %s kernels", dispatch.op,
+                     dispatch.shader, kernels_name(used));
     Command command;
     command.kind = CommandKind::kDispatch;
     command.op = dispatch.op;

@@ -53,6 +53,9 @@ class Recorder {
     std::size_t dispatches_ = 0;
 };
 
+/// The module of a stem; the plain one where the kernels have none of their own, nullptr for an unknown stem.
+const ShaderModule* module_for(std::string_view stem, Kernels kernels);
+
 /// How long `work` takes by the rates that a device is taken to have before anything is measured.
 double estimated_seconds(const DeviceInfo& info, Kernels kernels, const Work& work);
 

@@ -365,7 +365,7 @@ INSTANTIATE_TEST_SUITE_P(Kernels, RasterizerMemoryCpu, testing::Values(vk::Kerne
                          kernels_test_name);
 
 TEST_P(RasterizerMemoryCpu, TestsOfBlocksChangeNoBit) {
-    for (const std::size_t count : {1, 13, 500, 8191, 8192, 8200, 13991, 14000, 16000})
+    for (const std::size_t count : {1, 13, 500, 15871, 15872, 15873, 16000})
         expect_same_by_blocks(context(), count);
 }
 

@@ -46,7 +46,6 @@ def runs(folder):
             ["train", "small", *data, "--out", folder / "run", "--set", "opt.iterations=1", "--set",
              "opt.batch_size=1", "--set", "opt.lambda_ssim=0.2"],
             ["render", folder / "predicted/scene.ply", "--orbit", 6, "--size", "128x128", "--out", folder / "photos"],
-            # Few Gaussians: on CPU devices a tile takes 1,900 at most.
             ["fit", folder / "photos", "--out", folder / "fit", "--steps", 10, "--max-gaussians", 500, "--refine",
              "poses,exposure"]]
 
@@ -75,12 +74,13 @@ def pipelines(options):
     path = options.out / "pipelines.txt"
     if not path.exists():
         path.write_text("\n".join(record(options)) + "\n")
+    built = {file.stem for file in (options.build / "shaders").glob("*.spv")}
     found = {}
     for line in path.read_text().splitlines():
         kernels, pipeline = line.split(" ", 1)
-        found.setdefault(pipeline, kernels)
-    used = {pipeline.split()[0] for pipeline in found}
-    unused = {file.stem for file in (options.build / "shaders").glob("*.spv")} - used
+        if pipeline.split()[0] in built:  # a recorded one may be gone since
+            found.setdefault(pipeline, kernels)
+    unused = built - {pipeline.split()[0] for pipeline in found}
     return {name: kernels for name, kernels in (found | {name: "" for name in sorted(unused)}).items()
             if not name.split()[0].endswith("_cpu")}
 

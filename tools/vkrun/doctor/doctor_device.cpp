@@ -116,6 +116,9 @@ Findings check_memory(splat_device device, const splat_device_info& info) {
 Findings check_validation(const splat_device_desc& desc) {
     splat_device_desc checked = desc;
     checked.flags |= SPLAT_DEVICE_VALIDATION;
+    // The layer adds its checks of bounds to every kernel of the operator and the self-test: half a minute for those
+    // of CPUs.
+    checked.kernels = SPLAT_KERNELS_PLAIN;
     Device device;
     if (splat_device_create(&checked, device.out()) < SPLAT_OK)
         return {{"validation", State::kWarning,
