@@ -10,6 +10,7 @@
 #include "support/expect_status.h"
 #include "support/golden.h"
 #include "support/npz.h"
+#include "support/tolerances.h"
 
 namespace splat::test {
 
@@ -86,7 +87,7 @@ void each_case(const char* family, const std::string& key, const std::set<std::s
     });
 }
 
-/// ||got - expected|| <= figure * ||expected||.
+/// ||got - expected|| <= figure * ||expected||, figure times kRoundings.
 inline void expect_relative(const std::string& what, const std::vector<float>& got,
                             const std::vector<double>& expected, double figure) {
     ASSERT_EQ(got.size(), expected.size()) << what;
@@ -96,10 +97,10 @@ inline void expect_relative(const std::string& what, const std::vector<float>& g
         norm += expected[i] * expected[i];
     }
     EXPECT_GT(norm, 0) << what << ": a reference of zeros";
-    EXPECT_LE(std::sqrt(difference), figure * std::sqrt(norm)) << what;
+    EXPECT_LE(std::sqrt(difference), kRoundings * figure * std::sqrt(norm)) << what;
 }
 
-/// |got - expected| <= figure in every element.
+/// |got - expected| <= figure in every element, figure times kRoundings.
 inline void expect_absolute(const std::string& what, const std::vector<float>& got,
                             const std::vector<double>& expected, double figure) {
     ASSERT_EQ(got.size(), expected.size()) << what;
@@ -108,7 +109,7 @@ inline void expect_absolute(const std::string& what, const std::vector<float>& g
         const double difference = std::abs(static_cast<double>(got[i]) - expected[i]);
         worst = std::isfinite(difference) ? std::max(worst, difference) : HUGE_VAL;
     }
-    EXPECT_LE(worst, figure) << what;
+    EXPECT_LE(worst, kRoundings * figure) << what;
 }
 
 }  // namespace splat::test
