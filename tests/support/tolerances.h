@@ -4,9 +4,9 @@
 
 namespace splat::test {
 
-/// Factor of figures that quotients, roots and exponentials decide. Preset rounding lets quotients err by 2.5 units in the
-/// last place, lavapipe and PyTorch by half a one. Seen there: gradients of the smallest tensors of net_2v 1.5 times as
-/// far off, conics of needles 2.7 times.
+/// Factor of figures that quotients, roots and exponentials decide. Preset rounding lets quotients err by 2.5 units in
+/// the last place, lavapipe and PyTorch by half a one. Seen there: conics of needles 2.7 times as far off, gradients of
+/// the smallest tensors of net_2v 1.5 times.
 #ifdef SPLAT_ROUNDED_SHADERS
 inline constexpr double kRoundings = 3;
 #else
