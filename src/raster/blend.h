@@ -31,7 +31,7 @@ struct ListPart {
 /// What is measured of the kernel of a pass.
 vk::KernelPace& blend_pace(vk::Context& context, bool backward);
 
-/// Entries of a part, by what is known of the kernel: a workgroup takes no longer than a submit may. A power of two;
+/// Entries of a part, by what is known of the kernel: a workgroup takes no longer than a submit may. A multiple of 256;
 /// no result depends on it.
 std::uint32_t part_entries(vk::Context& context, bool backward);
 
