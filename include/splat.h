@@ -13,6 +13,7 @@
  *   splat/fit.h     Gaussians fitted to posed photographs
  *   splat/co3d.h    the raw release of CO3D to a data set
  *   splat/evaluate.h scores of networks on data sets, and their comparison
+ *   splat/external.h tensors in memory that other APIs and processes open
  */
 #ifndef SPLAT_H
 #define SPLAT_H
@@ -21,6 +22,7 @@
 #include "splat/core.h"
 #include "splat/data.h"
 #include "splat/evaluate.h"
+#include "splat/external.h"
 #include "splat/fit.h"
 #include "splat/model.h"
 #include "splat/predict.h"

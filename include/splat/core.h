@@ -275,7 +275,8 @@ enum {
     SPLAT_FEATURE_SUBGROUP_ARITHMETIC = 1u << 2, /* subgroups have sums and other reductions */
     SPLAT_FEATURE_INT64 = 1u << 3,               /* shaders have integers of 64 bits */
     /* the host reads device memory in place, through its caches: tensors map without a copy */
-    SPLAT_FEATURE_UNIFIED_MEMORY = 1u << 4
+    SPLAT_FEATURE_UNIFIED_MEMORY = 1u << 4,
+    SPLAT_FEATURE_EXTERNAL_MEMORY = 1u << 5 /* tensors can be exported and imported */
 };
 
 /* What a device is and can do. */
@@ -418,13 +419,14 @@ SPLAT_API splat_result splat_device_get_memory(splat_device device, splat_memory
 /* Report the time of every kind of dispatch since creation or the last reset, on a device with
  * SPLAT_DEVICE_PROFILE. JSON: {"device": name, "ops": [{"op", "kernel", "count", "total_ms",
  * "min_ms", "median_ms", "bytes", "flops"}], "idle": {"count", "total_ms"}, "lists": {"count",
- * "submits", "dispatches", "copies", "barriers", "bytes", "device_ms", "longest_submit_ms"},
+ * "submits", "dispatches", "copies", "barriers", "compute_barriers", "transfer_barriers",
+ * "host_barriers", "levels", "bytes", "device_ms", "longest_submit_ms"},
  * "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}. "bytes" and "flops" of an
  * operator are means over its dispatches, as it counts them. "idle" is the time between what is
  * timed in one list. "lists" is what all lists together held and took, and their longest piece, on
- * the host's clock. "transfers" is what was copied between host memory and the device. On GPUs,
- * dispatches between two barriers may overlap: they are timed together, and each gets a share by its
- * estimated time.
+ * the host's clock; a level is what lies between two barriers. "transfers" is what was copied
+ * between host memory and the device. On GPUs, dispatches of one level may overlap: they are timed
+ * together, and each gets a share by its estimated time.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
  *   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE */
 SPLAT_API splat_result splat_device_profile_json(splat_device device, char* buffer, size_t capacity,
@@ -453,9 +455,14 @@ enum {
     SPLAT_DTYPE_U32 = 3  /* unsigned integers of 32 bits */
 };
 
+/* Options of a tensor. */
+enum {
+    SPLAT_TENSOR_EXPORTABLE = 1u << 0 /* in an allocation of its own, for splat_tensor_export */
+};
+
 typedef struct splat_tensor_desc {
     uint32_t struct_size;
-    uint32_t flags;               /* 0 */
+    uint32_t flags;               /* SPLAT_TENSOR_ bits */
     const void* next;             /* NULL */
     const char* name;             /* used in messages; may be NULL */
     splat_dtype dtype;            /* 0 = SPLAT_DTYPE_F32 */
@@ -466,7 +473,8 @@ typedef struct splat_tensor_desc {
 /* Create a tensor on the device, row-major and contiguous, filled with zeros.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      rank, dtype, a dimension < 1, or 2^31 elements or more
- *   SPLAT_ERROR_UNSUPPORTED           more bytes than max_storage_buffer_bytes of the device
+ *   SPLAT_ERROR_UNSUPPORTED           more bytes than max_storage_buffer_bytes of the device, or
+ *                                     flags without SPLAT_FEATURE_EXTERNAL_MEMORY
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_tensor_create(splat_device device, const splat_tensor_desc* desc,
                                            splat_tensor* tensor);

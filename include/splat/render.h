@@ -89,7 +89,9 @@ typedef struct splat_rasterizer_desc {
     splat_convention convention; /* 0 = SPLAT_CONVENTION_3DGS */
     float near_plane;            /* scene units; 0 = 0.2, in SPLAT_CONVENTION_GSPLAT 0.01 */
     float far_plane;             /* scene units; 0 = 1e10 */
-    uint32_t reserved;
+    /* most (Gaussian, view) pairs of a call, as the sum of its view_ranges; 0 = N V. It decides the
+     * memory. With views = 0 it is the number at first, and grows */
+    uint32_t items;
 } splat_rasterizer_desc;
 
 /* Create a rasterizer with its memory; the memory for intersections grows on demand.
@@ -124,6 +126,15 @@ typedef struct splat_gaussians_desc {
      * tile with 0 are the background with alpha 0 and pass no gradient; they cost nearly nothing */
     const uint8_t* active_tiles;
     size_t active_tile_count; /* bytes; 0 with NULL */
+    /* [v,2] for each view of the call, the first Gaussian that it sees and how many, e.g. of sets that
+     * lie one after the other; NULL: each sees all. They may overlap, repeat and be empty. A view is
+     * drawn as by a call for it alone with these Gaussians, to the bit, and so are gradients of its
+     * pose, intrinsics and means2d; time and memory are those of such calls. Gradients and contributions
+     * of Gaussians are those of a call for each range with all its views, in the order of their first
+     * ones, added. Gaussians that no view sees get 0 */
+    const uint32_t* view_ranges;
+    size_t view_range_count; /* numbers: 2 v; 0 with NULL */
+    splat_scene scene;       /* drawn instead of tensors, which are NULL then; else NULL */
 } splat_gaussians_desc;
 
 /* Create one more state: the memory of one forward call with its images and with what its backward
@@ -163,18 +174,23 @@ SPLAT_API splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterize
                                                       const splat_camera* cameras, uint32_t count,
                                                       const float* background);
 
-/* Draw Gaussians that are tensors.
+/* Draw Gaussians that are tensors, or a scene whose views see ranges of it or have tiles that are off.
  * gaussians       tensors of the rasterizer's device; all NULL for n = 0
- * Other parameters and results as splat_rasterizer_forward_scene. */
+ * Other parameters and results as splat_rasterizer_forward_scene;
+ *   SPLAT_ERROR_INVALID_ARGUMENT      also for a scene and tensors, a range beyond the n Gaussians,
+ *                                     another number of ranges than cameras, and ranges of more
+ *                                     Gaussians in all than the rasterizer was made for */
 SPLAT_API splat_result splat_rasterizer_forward(splat_rasterizer rasterizer,
                                                 splat_raster_state state,
                                                 const splat_gaussians_desc* gaussians,
                                                 const splat_camera* cameras, uint32_t count,
                                                 const float* background);
 
-/* What a forward call draws. Shapes are those of the last call: V views, N Gaussians. Outputs of
- * Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not
- * finite, without extent, or (gsplat) fainter than 1/255. No skip changes them. */
+/* What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a
+ * range of fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other,
+ * I Gaussians in all. Outputs of Gaussians are 0 for culled ones: before the near or behind the far
+ * plane, outside the image, not finite, without extent, or (gsplat) fainter than 1/255. No skip
+ * changes them. */
 typedef int32_t splat_output;
 enum {
     SPLAT_OUTPUT_RGB = 1,            /* [V,H,W,3] colours over the background */
@@ -189,7 +205,8 @@ enum {
     SPLAT_OUTPUT_VISIBILITY = 10,    /* [V,N] 1, or 0 if culled */
     /* [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera */
     SPLAT_OUTPUT_NORMALS = 11,
-    SPLAT_OUTPUT_IDS = 12 /* [V,H,W] Gaussian of the largest weight, from 0; -1: none */
+    /* [V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none */
+    SPLAT_OUTPUT_IDS = 12
 };
 
 /* Copy an output of the last forward call, float32, to a tensor.
@@ -245,8 +262,8 @@ typedef struct splat_gradients_desc {
     splat_tensor grad_opacities;       /* [N] */
     splat_tensor grad_sh;              /* [N,(sh_degree+1)^2,3] */
     splat_tensor grad_colors;          /* [N,3] direct colours */
-    splat_tensor grad_means2d;         /* [V,N,2] per pixel */
-    splat_tensor grad_means2d_abs;     /* [V,N,2] sums over the pixels of absolute values */
+    splat_tensor grad_means2d;         /* [V,N,2] per pixel; [I,2] as outputs of Gaussians */
+    splat_tensor grad_means2d_abs;     /* the same: sums over the pixels of absolute values */
     splat_tensor grad_world_to_camera; /* [V,3,4] rows of the rotation and the translation */
     splat_tensor grad_intrinsics;      /* [V,4] fx, fy, cx, cy */
     splat_tensor contributions; /* [N,2] sum of its weights, number of pixels, over all views */
@@ -284,7 +301,7 @@ typedef struct splat_rasterizer_info {
     uint32_t runs;      /* times it was drawn; 0: unchanged; 2 or more: other memory or passes */
     uint32_t gaussians; /* Gaussians of the call: n of the outputs' shapes */
     uint32_t views;     /* views of the call: v of the outputs' shapes */
-    uint32_t reserved;
+    uint32_t items;     /* (Gaussian, view) pairs of the call: n v, or the sum of its ranges */
     uint64_t culled; /* (Gaussian, view) pairs that are neither visible nor non_finite */
     /* (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection
      * or of its colour is NaN or infinite */

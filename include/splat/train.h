@@ -303,15 +303,31 @@ typedef struct splat_trainer_info {
 } splat_trainer_info;
 
 /* Do one update. Arrays are read before the call returns.
+ * info      in/out, struct_size set: what this step did. NULL: the device decides by itself whether to update,
+ *           and splat_trainer_read gives later what it did. The host reads only how many pairs are drawn, as it
+ *           makes room for them, and scales for CO3D's terms; and all that is unread where it must know whether
+ *           LPIPS begins, or when 16 steps, or opt.read_every if that is more, but at most 256, are unread
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
  *   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
  *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update */
 SPLAT_API splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch* batch,
                                           splat_trainer_info* info);
 
-/* JSON: {"step", "attempts" (with skipped ones), "parameters", "trainable", "ledger" (of the last
- * attempt; null before the first): {"visible", "culled", "non_finite", "gradients_zero"} (see
- * splat_trainer_info), "config"}.
+/* Read what the steps without `info` did, oldest first, each step once. Nothing of them is lost if a step with
+ * `info`, splat_trainer_save, splat_trainer_store or splat_trainer_resume comes before; of more than 65,536
+ * steps the latest are kept.
+ * infos     in/out, `capacity` of them, struct_size of each set to the same; may be NULL when capacity is 0
+ * count     out, how many there were; may be NULL. Those that do not fit are given by the next call
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE (what fits was given), SPLAT_ERROR_INVALID_HANDLE,
+ *   SPLAT_ERROR_INVALID_ARGUMENT (infos), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; none is given then */
+SPLAT_API splat_result splat_trainer_read(splat_trainer trainer, splat_trainer_info* infos,
+                                          size_t capacity, size_t* count);
+
+/* JSON: {"step" (updates by the steps that were read), "attempts" (all steps, with skipped ones), "unread" (steps
+ * that were not read), "skipped" (steps without an update in a row, up to the last that was read),
+ * "parameters", "trainable", "ledger" (of the last step that was read; null before the first): {"visible",
+ * "culled", "non_finite", "gradients_zero"} (see splat_trainer_info), "config"}. Does not wait for a call on
+ * another thread.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
 SPLAT_API splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t capacity,
                                             size_t* needed);
@@ -350,9 +366,9 @@ SPLAT_API splat_result splat_trainer_destroy(splat_trainer trainer);
 
 /* ---- Batches --------------------------------------------------------------------------------- */
 
-/* The batches of a training: which objects and views a step sees, read ahead of time by a thread of
- * the library. Batch n depends on the seed and n alone, so a training can be resumed anywhere. The
- * caller synchronises calls on one object.
+/* The batches of a training: which objects and views a step sees, read ahead of time by threads of
+ * the library (opt.num_workers; one where it is 0). Batch n depends on the seed and n alone, so a training can be
+ * resumed anywhere. The caller synchronises calls on one object.
  *
  *   splat_trainer_batch batch = {.struct_size = sizeof batch};
  *   splat_batches_create(dataset, config, seed, &batches);
@@ -441,7 +457,8 @@ typedef struct splat_training_desc {
 SPLAT_API splat_result splat_training_open(splat_device device, const splat_training_desc* desc,
                                            splat_run* run);
 
-/* Describe the latest attempt of a step in this session, skipped or not.
+/* Describe the latest attempt of a step in this session, skipped or not. With opt.read_every above 1
+ * it may be a later one than that of the latest event.
  * run       of splat_training_open
  * info      in/out, struct_size set
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL; a run of another

@@ -36,6 +36,12 @@ bool walks(bool in_parts, uvec2 list, uint begin, uint most, out uvec2 part) {
     return in_parts ? length > max(begin, most) : length <= most;
 }
 
+// The item that Gaussian 0 has or would have in a view. Of its `size`, z and w are 0, or with ranges the first Gaussian
+// less the items before (src/raster/pack_camera.h).
+uint item_of_first(uint view, uint gaussians, vec4 size) {
+    return view * gaussians - uint(int(size.z) * 4096 + int(size.w));
+}
+
 float log2_weight(vec2 mean, vec3 l, vec2 at) { return log2_weight(whitened_offset(mean, l, at)); }
 
 #endif

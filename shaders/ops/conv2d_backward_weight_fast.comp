@@ -1,6 +1,6 @@
 #version 460
 // partial[s][r] = grad_y^T x over the pixels of slice s, x shifted by tap r, as register tiles like those of
-// linear_backward_weight_fast.comp. Each row of pixels is summed, then the rows, as in conv2d_backward_weight.comp;
+// linear_backward_weight_cpu.comp. Each row of pixels is summed, then the rows, as in conv2d_backward_weight.comp;
 // conv2d_backward_weight_reduce.comp sums the slices.
 // One subgroup of 8 lanes computes 32 input by 4 kOutQuads output channels of one tap and slice. Workgroups: input
 // channels, output channels, 9 * slice + tap.

@@ -1,5 +1,5 @@
 #version 460
-// U = G w G^T for every pair of channels, in the order in which conv2d_winograd_forward_product.comp reads:
+// U = G w G^T for every pair of channels, in the order in which the kernels of conv2d_winograd_forward_product read:
 //   transformed[p][b][q][m] = U[p] of output channel 8b+m and input channels 4q..4q+3, zero beyond the edges;
 // w[m][k] = weight[m][k] or, when transposed, weight[k][m] with its taps in reverse order.
 // One invocation transforms kPackedQuads quads of input channels for one output channel.

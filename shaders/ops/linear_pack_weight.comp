@@ -1,8 +1,8 @@
 #version 460
-// Weights in the order in which linear_forward_fast.comp reads them:
+// Weights in the order in which linear_forward_cpu.comp and linear_forward_gpu.comp read them:
 //   packed[b][q][m] = (w[8b+m][4q], ..., w[8b+m][4q+3]),  w = weight or, when transposed, its
 //   transpose; zero beyond the edges.
-// Quads come in pairs, because linear_forward_fast.comp may take two of them at once.
+// Quads come in pairs, because linear_forward_cpu.comp may take two of them at once.
 // in_features and out_features are those of w. One invocation writes one quad.
 // Bindings: weight row-major, packed [ceil(out/8)][2*ceil(in/8)][8] vec4.
 #extension GL_GOOGLE_include_directive : require

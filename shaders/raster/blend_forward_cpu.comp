@@ -153,6 +153,7 @@ void main() {
             pixels[r] = carried_pixel((view * params.height + to.y) * params.width + to.x);
     }
     const vec2 low = vec2(corner) + vec2(at.x - lane, at.y) + 0.5;
+    const uint first_item = kIds ? item_of_first(view, params.gaussians, LD4(background, 1 + view)) : 0;
     uint seen = walked.x;
     Waiting waiting = Waiting(0, 0, 0);
     bool stopped = false;
@@ -166,7 +167,7 @@ void main() {
         const vec4 b = LD4(splats, item * 3 + 1);
         const vec4 c = kNormals ? LD4(normals, item) : LD4(splats, item * 3 + 2);
         const float opacity = filled ? a.z : 0.0;
-        const float number = kIds ? float(item - view * params.gaussians) : 0.0;
+        const float number = kIds ? float(item - first_item) : 0.0;
         const float place = float(filled ? entry - range.x + 1u : walked.y - range.x);
         [[unroll]] for (uint j = 0; j < 8; ++j) {
             const float o = subgroupShuffle(opacity, j);

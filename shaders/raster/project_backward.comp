@@ -1,12 +1,13 @@
 #version 460
 // Sums each Gaussian's records of blending's backward pass in their fixed order, and carries the
 // gradient back through projection.glsl and the spherical harmonics, over all views.
-// One invocation computes one Gaussian. Those that reached no tile or no pixel only cost a store.
+// One invocation computes one Gaussian; with kFlagRanges, of a range, over the views that see this range, and ranges
+// that overlap lie in layers, one a dispatch. Those that reached no tile or no pixel only cost a store.
 // Bindings: gaussians, colors, cameras, splats, counts and, from params.begins, first records;
 // grad_gaussians [count][3] (mean, opacity; scale, 0; rotation), grad_colors [count][sh_quads],
 // exported [V*N][3] vec4 (dL/d mean 2 and its absolute sums; conic, opacity; colour, depth) and, from params.pose,
-// [groups][V][3 or 4] vec4 (rows of dL/d[R|t] of this workgroup; dL/d of fx fy cx cy); records, as blend_backward
-// writes them.
+// [V][groups][3 or 4] vec4 (rows of dL/d[R|t] of this workgroup; dL/d of fx fy cx cy); view_ranges; records, as
+// blend_backward writes them.
 // Specialisation: kDegree, kExport: write exported, kPose: write pose, kIntrinsics: its fourth, too, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -28,18 +29,20 @@ UINTS(4, counts);
 layout(set = 0, binding = 5, std430) buffer GradGaussians { vec4 grad_gaussians[]; };  // accumulates
 layout(set = 0, binding = 6, std430) buffer GradColors { vec4 grad_colors[]; };        // accumulates
 layout(set = 0, binding = 7, std430) buffer Exported { vec4 exported[]; };             // accumulates
+UINT_TABLE(8, view_ranges);
 #if TEXEL_LOADS
-QUADS(8, record_a);
-QUADS(9, record_b);
-QUADS(10, record_c);
+QUADS(9, record_a);
+QUADS(10, record_b);
+QUADS(11, record_c);
 #define RECORD(array, k, i) LD4(array, i)
 #else
-QUADS(8, record_quads);
+QUADS(9, record_quads);
 #define RECORD(array, k, i) record_quads[(i) * params.record_quads + k]
 #endif
 layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "launch.glsl"
+#include "raster/view_ranges.glsl"
 #include "reduce.glsl"
 
 const uint kTerms = (kDegree + 1) * (kDegree + 1);
@@ -136,10 +139,31 @@ void item_backward(uint index, uint v, uint item, Gaussian from, Records records
     }
 }
 
+// The Gaussian by its place in this dispatch's part of the set and its number among those that its views see, and the
+// first of these views. Returns false if no invocation of the workgroup has one in this layer and part.
+bool find_gaussian(out uint index, out uint number, out uint view, out bool present) {
+    index = invocation_index(params.groups_x);
+    number = params.first + index;
+    view = 0;
+    present = index < params.count;
+    if ((kFlags & kFlagRanges) == 0) return true;
+    const uint at = gl_WorkGroupID.y * params.groups_x + gl_WorkGroupID.x;
+    VIEW_AT(at, kRangeGroups, params.views, view)
+    const uint before = (at - RANGE_WORD(view, kRangeGroups)) * gl_WorkGroupSize.x;
+    const uint begin = RANGE_WORD(view, kRangeFirst) + before - params.first;
+    number = before + gl_LocalInvocationID.x;
+    index = begin + gl_LocalInvocationID.x;
+    present = number < RANGE_WORD(view, kRangeCount);
+    return RANGE_WORD(view, kRangeLayer) == params.layer && begin < params.count;
+}
+
 void main() {
-    const uint index = invocation_index(params.groups_x);
-    const bool present = index < params.count;
-    const uint group = (params.first + index) / gl_WorkGroupSize.x;
+    const bool ranges = (kFlags & kFlagRanges) != 0;
+    uint index, number, v;
+    bool present;
+    if (!find_gaussian(index, number, v, present)) return;
+    const uint group = number / gl_WorkGroupSize.x;
+    const uint groups_each = (params.gaussians + gl_WorkGroupSize.x - 1) / gl_WorkGroupSize.x;
     const vec4 g0 = present ? LD4(gaussians, index * 3) : vec4(0);
     const vec4 g1 = present ? LD4(gaussians, index * 3 + 1) : vec4(1);
     const vec4 raw_q = present ? LD4(gaussians, index * 3 + 2) : vec4(1, 0, 0, 0);
@@ -153,9 +177,8 @@ void main() {
     grad_q = vec4(0);
     grad_opacity = 0;
     [[unroll]] for (uint i = 0; i < 4 * kColorQuads; ++i) grad_sh[i] = 0;
-    uint v = 0;
     do {
-        const uint item = v * params.gaussians + params.first + index;
+        const uint item = (ranges ? RANGE_WORD(v, kRangeItems) : v * params.gaussians) + number;
         const uint pairs = present ? LD1(counts, item) : 0;
         Records records = Records(vec4(0), vec4(0), vec4(0), 0.0);
         if (pairs > 0) records.opacity = LD4(splats, item * 3).z;
@@ -185,17 +208,19 @@ void main() {
             pose2 = workgroup_sum(pose2);
             if (kIntrinsics) by_intrinsics = workgroup_sum(by_intrinsics);
             if (gl_LocalInvocationID.x == 0 && present) {
-                const uint to = params.pose + (group * params.views + v) * (kIntrinsics ? 4 : 3);
+                const uint begin = ranges ? RANGE_WORD(v, kRangeGroups) : v * groups_each;
+                const uint to = params.pose + (begin + group) * (kIntrinsics ? 4 : 3);
                 exported[to] = pose0;
                 exported[to + 1] = pose1;
                 exported[to + 2] = pose2;
                 if (kIntrinsics) exported[to + 3] = by_intrinsics;
             }
         }
-    } while (++v < params.views);
+        v = ranges ? RANGE_WORD(v, kRangeNext) : v + 1;
+    } while (v < params.views);
     if (!present) return;
     if (normalise && grad_q != vec4(0)) grad_q = (grad_q - dot(grad_q, q) * q) / q_norm;
-    const bool add = params.accumulate != 0;
+    const bool add = params.accumulate != 0 || (ranges && params.layer > 0);
     vec4 out0 = vec4(grad_mean, grad_opacity), out1 = vec4(grad_scale, 0), out2 = grad_q;
     if (add) {
         out0 += grad_gaussians[index * 3];

@@ -1,14 +1,15 @@
 #version 460
 // Project every Gaussian into every view, count the tiles it can reach and, if a pixel may see it, evaluate
 // its colour: max(0, 0.5 + sum_k sh[k] Y_k(d)), d from the camera to the mean, or the colour given.
-// One invocation computes one item (gl_WorkGroupID.z is the view). Items that are culled or not finite get
+// One invocation computes one item (project_items.glsl). Items that are culled or not finite get
 // radius 0, no tiles and the key 0xFFFFFFFF; those that are not finite are counted.
 // Bindings: gaussians [N][3] vec4 (mean, opacity; scale, 0; rotation wxyz), colors [N][color_quads]
 // vec4 (coefficients [K,3] flattened), cameras [V][6] vec4 (rows of [R|t]; fx fy cx cy; limits of the
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
 // tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] uvec2
 // (bits of the depth, item), radii [V*N] vec2 (their bits), footprints [V*N] uvec2, stats
-// (include/params/tile_bin_params.h; kStatNotFinite starts as 0), background, active_tiles of call_views.glsl.
+// (include/params/tile_bin_params.h; kStatNotFinite starts as 0), background, active_tiles of call_views.glsl,
+// view_ranges.
 // Specialisation: kDegree of the spherical harmonics, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -34,10 +35,11 @@ PAIRS_OUT(7, footprints);
 layout(set = 0, binding = 8, std430) buffer Stats { uint stats[]; };  // accumulates
 TABLE(9, background);
 UINT_TABLE(10, active_tiles);
+UINT_TABLE(11, view_ranges);
 layout(push_constant) uniform Push { ProjectParams params; };
 
 #include "raster/call_views.glsl"
-#include "launch.glsl"
+#include "raster/project_items.glsl"
 
 bool is_set(uint flag) { return (kFlags & flag) != 0; }
 
@@ -115,11 +117,8 @@ uint tile_count(vec4 a, vec4 b, float half_size, uint view, ivec2 size, out uvec
 }
 
 void main() {
-    const uint index = invocation_index(params.groups_x);
-    if (index >= params.count) return;
-    const uint view_index = gl_WorkGroupID.z;
-    const uint local = index + params.first;
-    const uint item = view_index * params.gaussians + local;
+    uint index, view_index, item;
+    if (!item_of_invocation(index, view_index, item)) return;
     const vec4 g0 = LD4(gaussians, index * 3);
     const vec4 g1 = LD4(gaussians, index * 3 + 1);
     vec4 q = LD4(gaussians, index * 3 + 2);

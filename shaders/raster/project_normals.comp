@@ -1,8 +1,8 @@
 #version 460
 // Normal of every Gaussian in every view: the axis of its smallest scale (the first of equals), in
-// camera coordinates, facing the camera. One invocation computes one item (gl_WorkGroupID.z is the
-// view). Items that reach no tile get 0.
-// Bindings: gaussians [N][3], cameras [V][6], counts [V*N]; normals [V*N] vec4.
+// camera coordinates, facing the camera. One invocation computes one item (project_items.glsl). Items
+// that reach no tile get 0.
+// Bindings: gaussians [N][3], cameras [V][6], counts [V*N]; normals [V*N] vec4; view_ranges.
 // Specialisation: kFlags.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
@@ -16,18 +16,18 @@ QUADS(0, gaussians);
 TABLE(1, cameras);
 UINTS(2, counts);
 QUADS_OUT(3, normals);
+UINT_TABLE(4, view_ranges);
 layout(push_constant) uniform Push { ProjectParams params; };
 
-#include "launch.glsl"
+#include "raster/project_items.glsl"
 
 void main() {
-    const uint index = invocation_index(params.groups_x);
-    if (index >= params.count) return;
-    const uint item = gl_WorkGroupID.z * params.gaussians + index + params.first;
+    uint index, view_index, item;
+    if (!item_of_invocation(index, view_index, item)) return;
     const vec3 scale = LD4(gaussians, index * 3 + 1).xyz;
     const vec4 q = LD4(gaussians, index * 3 + 2);
     View view;
-    LOAD_VIEW(view, cameras, gl_WorkGroupID.z);
+    LOAD_VIEW(view, cameras, view_index);
     const mat3 axes = quaternion_matrix((kFlags & kFlagGsplat) != 0 ? normalize(shrunk(q)) : q);
     const vec3 axis = scale.x <= scale.y && scale.x <= scale.z ? axes[0]
                       : scale.y <= scale.z                     ? axes[1]

@@ -2,7 +2,7 @@
 // Like radix_sort_downsweep.comp, for GPUs. The workgroup walks its chunk in steps of its own size. An entry's
 // rank within a step is the number of entries of its digit before it: in its subgroup, found with one
 // ballot per bit (Ashkiani et al. 2016, GPU multisplit), and in earlier subgroups.
-// Bindings (without range) and specialisation kBits, kSecond as there. Any subgroup size; a workgroup of whole
+// Bindings and specialisation as there, table of radix_sort_upsweep_gpu.comp. Any subgroup size; a workgroup of whole
 // subgroups.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -14,6 +14,7 @@
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kRadixSortBitsId) const uint kBits = 8;
 layout(constant_id = kRadixSortSecondId) const bool kSecond = false;
+layout(constant_id = kRadixSortRangedId) const bool kRanged = false;
 layout(set = 0, binding = 0, std430) readonly buffer Inputs { uvec2 inputs[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Entries { uvec2 entries[]; };
 UINT_TABLE(2, input_count);
@@ -23,6 +24,7 @@ layout(set = 0, binding = 5, std430) readonly buffer Totals { uint totals[]; };
 layout(set = 0, binding = 6, std430) readonly buffer Seconds { uint seconds[]; };
 layout(set = 0, binding = 7, std430) writeonly buffer EntriesOut { uvec2 entries_out[]; };
 layout(set = 0, binding = 8, std430) writeonly buffer SecondsOut { uint seconds_out[]; };
+UINT_TABLE(9, range);
 layout(push_constant) uniform Push { RadixSortParams params; };
 
 #include "radix_digit.glsl"
@@ -34,17 +36,20 @@ shared uint ranks[kMaxSubgroups * kBins];
 #define ORDER_SCRATCH ranks
 #include "ordered_index.glsl"
 
-// Where each digit's first entry of this chunk goes.
-void first_places() {
-    const uint l = gl_LocalInvocationID.x;
-    for (uint bin = l; bin < kBins; bin += gl_WorkGroupSize.x) ranks[bin] = totals[bin];
+// Where each digit's first entry of this chunk goes: sums of totals, of twice as many with every step.
+void first_places(Digit digit) {
+    const uint l = gl_LocalInvocationID.x, width = gl_WorkGroupSize.x, bins = 1u << digit.bits;
+    for (uint bin = l; bin < bins; bin += width) ranks[bin] = totals[bin];
     barrier();
-    for (uint bin = l; bin < kBins; bin += gl_WorkGroupSize.x) {
-        uint before = 0;
-        for (uint smaller = 0; smaller < bin; ++smaller) before += ranks[smaller];
-        places[bin] = before + table[gl_WorkGroupID.x * kBins + bin];
-        if (params.pass == 0 && gl_WorkGroupID.x == 0 && bin == kBins - 1)
-            kept[0] = before + ranks[bin];
+    for (uint step = 1; step < bins; step <<= 1) {
+        for (uint bin = l; bin < bins; bin += width) places[bin] = ranks[bin] + (bin >= step ? ranks[bin - step] : 0);
+        barrier();
+        for (uint bin = l; bin < bins; bin += width) ranks[bin] = places[bin];
+        barrier();
+    }
+    for (uint bin = l; bin < bins; bin += width) {
+        places[bin] = (bin > 0 ? ranks[bin - 1] : 0) + table[bin * params.lanes + gl_WorkGroupID.x];
+        if (digit.first && gl_WorkGroupID.x == 0 && bin == bins - 1) kept[0] = ranks[bin];
     }
     barrier();
 }
@@ -54,9 +59,10 @@ void main() {
         if (params.pass == 0) kept[0] = 0;
         return;
     }
+    const Digit digit = kRanged ? ranged_digit(TABLE1(range, 0), TABLE1(range, 1), kBits) : fixed_digit(kBits);
+    if (digit.bits == 0) return;
     const uint l = ordered_index(), width = gl_WorkGroupSize.x;
-    first_places();
-    const Digit digit = fixed_digit(kBits);
+    first_places(digit);
     uint count = min(TABLE1(input_count, 0), params.capacity);
     if (!digit.first) count = kept[0];
     const uvec2 chunk = 4 * lane_quads(gl_WorkGroupID.x, count, params.lanes);

@@ -4,7 +4,7 @@
 // each idle group costs time. If it finds fewer tiles than were counted, the remaining pairs get the key
 // 0xFFFFFFFF, which the sort leaves out.
 // Bindings: splats, large uvec2 (item, first pair), slot_begins, stats, footprints; counts, pairs, slots;
-// background, active_tiles of call_views.glsl.
+// background, active_tiles of call_views.glsl, view_ranges.
 // Specialisation: kSlots: write slots, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
@@ -26,16 +26,20 @@ PAIRS_OUT(6, pairs);
 layout(set = 0, binding = 7, std430) writeonly buffer Slots { uint slots[]; };
 TABLE(8, background);
 UINT_TABLE(9, active_tiles);
+UINT_TABLE(10, view_ranges);
 layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "raster/call_views.glsl"
+#include "raster/view_ranges.glsl"
 #include "launch.glsl"
 
 void emit(uint i) {
     const uint item = LD1(large, 2 * i), begin = LD1(large, 2 * i + 1);
     const uint end = begin + LD1(footprints, 2 * item + 1);
     const uint slot = (kSlots ? LD1(slot_begins, item) : 0) - begin;
-    const uint view = item / params.gaussians;
+    uint view;
+    if ((kFlags & kFlagRanges) == 0) view = item / params.gaussians;
+    else VIEW_AT(item, kRangeItems, params.views, view)
     const ivec2 size = view_size(view);
     const uint tiles_x = (params.width + 15) >> 4;
     const uint window = view * (params.row_end - params.row_begin);

@@ -184,7 +184,7 @@ struct TrainerObject : OfDevice {
     using OfDevice::OfDevice;
     OnDevice<std::shared_ptr<train::Trainer>> trainer{*this};
     struct Counters {
-        std::uint64_t steps = 0, attempts = 0;
+        std::uint64_t steps = 0, attempts = 0, unread = 0, skipped = 0;
     };
     Published<Counters> counters;  ///< counters of the trainer
 };
@@ -207,7 +207,8 @@ struct OptimizerObject : OfDevice {
 struct BatchesObject {
     train::PrefetchPointer source;
     std::uint32_t channels = 0, objects = 0;
-    train::Batch batch;  ///< batch of the latest call, with its cameras
+    train::Batch batch;  ///< batch of the latest call, with its targets as floats and its cameras
+    std::vector<float> targets;
     std::vector<splat_camera> cameras;
 };
 

@@ -12,7 +12,8 @@
     X(splat_dataset_export_desc) X(splat_dataset_import_desc) X(splat_dataset_views) \
     X(splat_decode_limits) X(splat_depth_scores) X(splat_device_desc) X(splat_device_info) \
     X(splat_evaluated_views) X(splat_evaluation_summary) X(splat_evaluator_desc) \
-    X(splat_evaluator_info) X(splat_fidelity_scores) X(splat_fit_desc) X(splat_gaussians_desc) \
+    X(splat_evaluator_info) X(splat_external_memory) \
+    X(splat_fidelity_scores) X(splat_fit_desc) X(splat_gaussians_desc) \
     X(splat_gradients_desc) X(splat_image) X(splat_image_info) X(splat_image_scores) \
     X(splat_ledger) X(splat_lpips_desc) X(splat_mask_scores) X(splat_memory_info) \
     X(splat_metric_comparison) X(splat_model_desc) X(splat_model_gradients) X(splat_model_info) \
@@ -46,10 +47,13 @@ SPLAT_STRUCTS(SPLAT_STRUCT_NAME)
 template <class Struct>
 constexpr std::size_t kFirstVersionBytes = sizeof(Struct);
 template <>
-inline constexpr std::size_t kFirstVersionBytes<splat_device_desc> =
-    offsetof(splat_device_desc, max_submit_ns);
+inline constexpr std::size_t kFirstVersionBytes<splat_device_desc> = offsetof(splat_device_desc,
+                                                                              max_submit_ns);
 template <>
-inline constexpr std::size_t kFirstVersionBytes<splat_device_info> =
-    offsetof(splat_device_info, kernels_note);
+inline constexpr std::size_t kFirstVersionBytes<splat_gaussians_desc> =
+    offsetof(splat_gaussians_desc, view_ranges);
+template <>
+inline constexpr std::size_t kFirstVersionBytes<splat_device_info> = offsetof(splat_device_info,
+                                                                              kernels_note);
 
 }  // namespace splat::api

@@ -87,6 +87,8 @@ constexpr Condition kStepped{[](const Settings& s) {
                              "unless opt.lr_schedule is step"};
 constexpr Condition kLpips{[](const Settings& s) { return s.training.lpips_weight > 0; },
                            "while opt.lambda_lpips is 0"};
+constexpr Condition kSeldomRead{[](const Settings& s) { return !s.training.scale_terms; },
+                                "while opt.scale_terms is true: each step is read at once"};
 constexpr Condition kEdges{[](const Settings& s) { return s.training.edge_weight > 0; },
                            "while opt.lambda_edge is 0"};
 constexpr Condition kAverage{[](const Settings& s) { return s.training.ema; },
@@ -321,11 +323,11 @@ constexpr Key kOptimiserKeys[] = {
     resumable({"opt.iterations", kTraining<&T::iterations>, kSteps, kPublished,
                "Updates of the parameters."}),
     {"opt.batch_size", kTraining<&T::batch_size>, {1, 4096}, kPublished, "Objects per update."},
-    {"opt.micro_batch",
-     kTraining<&T::micro_batch>,
-     {1, 4096},
-     kOurs,
+    {"opt.micro_batch", kTraining<&T::micro_batch>, Values{1, 4096}, kOurs,
      "Objects per pass of the network; a divisor of opt.batch_size."},
+    where(kSeldomRead,
+          resumable({"opt.read_every", kTraining<&T::read_every>, Values{1, 65536}, kOurs,
+                     "Steps whose results are read together; an interruption waits for them."})),
     resumable({"opt.recompute", kTraining<&T::recompute>, kAll, kOurs,
                "Compute activations twice: the same numbers in less memory and more time."}),
     {"opt.imgs_per_obj",
@@ -397,7 +399,8 @@ constexpr Key kUpdateKeys[] = {
      nullptr, false},
     unused<std::uint32_t>("opt.epochs", "Passes over the data set; see opt.iterations."),
     {"opt.ambient_light", {}, kAll, kPublished, "Light of the renders.", nullptr, false},
-    harmless(unused<std::uint32_t>("opt.num_workers", "Processes that read data.")),
+    resumable({"opt.num_workers", kTraining<&T::loader_threads>, Values{0, 64}, kPublished,
+               "Threads that read batches ahead; 0: one on a CPU device, up to four on a GPU."}),
 };
 
 constexpr Key kRunKeys[] = {
@@ -421,7 +424,7 @@ constexpr Key kRunKeys[] = {
     {"general.precision", kTraining<&T::precision>, words("strict, balanced, fast"), kOurs,
      "Which kernels convolutions may use: the most exact ones, or faster ones."},
     harmless(unused<std::uint32_t>("general.device", "Number of a GPU; see vkrun train --device.")),
-    harmless(unused<std::uint32_t>("general.num_workers", "Processes that read data.")),
+    harmless(unused<std::uint32_t>("general.num_workers", "See opt.num_workers.")),
     unused<bool>("general.mixed_precision",
                  "Half precision, which there is not; see general.precision."),
     unused<bool>("general.multiple_gpu", "Train on several GPUs; one device is used."),

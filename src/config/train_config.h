@@ -25,8 +25,9 @@ struct TrainConfig {
     std::uint32_t batch_size = 8;   ///< objects per step
     std::uint32_t micro_batch = 1;  ///< objects per pass; divides the batch size. More than fit
         ///< one binding run in slices, with extra forward passes: model/object_slices.h
-    bool recompute = false;     ///< less memory, more time: nn::ExecutorDesc
-    std::uint32_t targets = 4;  ///< images rendered per object
+    std::uint32_t read_every = 1;  ///< steps whose losses are read together
+    bool recompute = false;        ///< less memory, more time: nn::ExecutorDesc
+    std::uint32_t targets = 4;     ///< images rendered per object
     std::uint64_t seed = 0;
 
     double learning_rate = 5e-5;
@@ -70,6 +71,7 @@ struct TrainConfig {
     std::uint32_t subset = 0;                             ///< the first objects; 0: all
     bool allow_missing = false;                           ///< leave incomplete objects out
     std::uint64_t cache_mib = 1024;
+    std::uint32_t loader_threads = 0;  ///< 0: by the device, see train::loader_threads
 
     /// The learning rate of a step, counted from 1.
     [[nodiscard]] double rate(std::uint64_t step) const;

@@ -222,19 +222,21 @@ Result<ImageCache::Pixels> Dataset::pixels(std::uint32_t object, std::uint32_t v
 }
 
 Status Dataset::read_map(std::uint32_t object, std::span<const std::uint32_t> views, MapKind kind,
-                         float* out) {
-    if (out == nullptr) return {};
+                         float* out, std::uint8_t* levels) {
+    if (out == nullptr && levels == nullptr) return {};
     if (kind != MapKind::kRgb) SPLAT_TRY(check_maps(flag_of(kind), index()));
     const std::size_t channels = channels_of(kind);
     const std::size_t area = std::size_t{resolution_} * resolution_;
-    std::array<float, 256> levels{};
-    for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = static_cast<float>(i) / 255.0F;
+    std::array<float, 256> floats{};
+    for (std::size_t i = 0; i < floats.size(); ++i) floats[i] = static_cast<float>(i) / 255.0F;
     for (const std::uint32_t view : views) {
         SPLAT_ASSIGN(const ImageCache::Pixels image, pixels(object, view, kind));
         for (std::size_t c = 0; c < channels; ++c)
-            for (std::size_t i = 0; i < area; ++i)
-                out[c * area + i] = levels[(*image)[i * channels + c]];
-        out += channels * area;
+            for (std::size_t i = 0; i < area; ++i) {
+                const std::uint8_t level = (*image)[i * channels + c];
+                if (out != nullptr) *out++ = floats[level];
+                if (levels != nullptr) *levels++ = level;
+            }
     }
     return {};
 }
@@ -274,7 +276,7 @@ Status Dataset::read(std::uint32_t object, std::span<const std::uint32_t> views,
             return invalid("view is %u, but object %u ('%s') has %u views", view, object,
                            all.names[object].c_str(), all.views_of[object]);
     SPLAT_TRY(read_cameras(object, views, out));
-    SPLAT_TRY(read_map(object, views, MapKind::kRgb, out.images));
+    SPLAT_TRY(read_map(object, views, MapKind::kRgb, out.images, out.levels));
     SPLAT_TRY(read_map(object, views, MapKind::kDepth, out.depths));
     SPLAT_TRY(read_map(object, views, MapKind::kNormal, out.normals));
     return read_map(object, views, MapKind::kMask, out.masks);

@@ -26,6 +26,7 @@ struct ViewArrays {
     float* quaternions = nullptr;    ///< [n,4]
     float* focals = nullptr;         ///< [n,2] pixels at R
     float* origin_distances = nullptr;  ///< [n]; 0 unless the data is CO3D's
+    std::uint8_t* levels = nullptr;  ///< [n,3,R,R] images of 0 to 255; `images` holds level / 255
 };
 
 /// Objects seen by several cameras. Thread-safe.
@@ -61,7 +62,7 @@ class Dataset {
     Status read_cameras(std::uint32_t object, std::span<const std::uint32_t> views,
                         const ViewArrays& out);
     Status read_map(std::uint32_t object, std::span<const std::uint32_t> views, MapKind kind,
-                    float* out);
+                    float* out, std::uint8_t* levels = nullptr);
 
     std::unique_ptr<DatasetReader> reader_;
     std::uint32_t resolution_;

@@ -38,10 +38,11 @@ Status FitTask::explained(const Status& done) const {
                    llu(steps_), done.message().c_str())};
 }
 
-Status FitTask::step(run::Step& step) {
+Status FitTask::step(std::uint64_t /*most*/, std::deque<run::Step>& steps) {
     FitStep done;
     SPLAT_TRY(explained(sparing([&] { return fitter_->step(steps_, attempts_, done); })));
     ++attempts_;
+    run::Step& step = steps.emplace_back();
     step.notice = std::exchange(spared_, {});
     if (done.skipped) {
         step.outcome = run::Outcome::kSkipped;
@@ -64,6 +65,8 @@ Status FitTask::step(run::Step& step) {
         step.terms.push_back({"depth", done.priors.depth});
     if (!options_.normals.empty() && options_.normal_weight > 0)
         step.terms.push_back({"normal", done.priors.normal});
+    step.progress = progress();
+    step.peak_bytes = peak_bytes();
     return {};
 }
 

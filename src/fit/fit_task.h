@@ -37,7 +37,7 @@ class FitTask : public run::Task {
     Status begin() override { return {}; }
 
     // fit_task.cpp
-    Status step(run::Step& step) override;
+    Status step(std::uint64_t most, std::deque<run::Step>& done) override;
     Status begin_validation(const std::vector<run::NamedWeights>& results) override;
     Status validate(std::uint32_t piece, run::Piece& done) override;
     [[nodiscard]] run::Validation validation() const override;

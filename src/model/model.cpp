@@ -1,6 +1,7 @@
 #include "model/model.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "core/checked_math.h"
 #include "core/finite.h"
@@ -270,10 +271,12 @@ Status Model::set_input(const ModelInput& input) {
         SPLAT_TRY(check_values(each));
     }
     input_changed_ = true;
+    vk::BatchScope scope(context_, batch_);
     for (const InputValues& each : inputs)
         SPLAT_TRY(write_input(each.id, std::as_bytes(each.values)));
     input_given_ = true;
-    return write_counters(input.seed, input.step);
+    SPLAT_TRY(write_counters(input.seed, input.step));
+    return scope.finish();
 }
 
 Status Model::write_counters(std::uint64_t seed, std::uint32_t step) {
@@ -287,28 +290,40 @@ Status Model::write_counters(std::uint64_t seed, std::uint32_t step) {
 }
 
 Status Model::forward() {
+    vk::BatchScope scope(context_, batch_);
+    SPLAT_TRY(forward_unread());
+    const vk::BufferView& counts = counts_->counts();
+    SPLAT_TRY(context_.read_later(counts, counts.bytes, [this](std::span<const std::byte> bytes) {
+        std::vector<std::uint32_t> words(bytes.size() / sizeof(std::uint32_t));
+        std::memcpy(words.data(), bytes.data(), bytes.size());
+        counts_->take(words);
+    }));
+    return scope.finish();
+}
+
+Status Model::forward_unread() {
     SPLAT_TRY(check_unmapped());
     input_changed_ = false;
     outside_writes_ = outside_->writes;
+    vk::BatchScope scope(context_, batch_);
     if (!exchange_.empty()) SPLAT_TRY(context_.run(exchange_));
     version_ = gaussians::next_version();  // a pass that fails may have written a part
     SPLAT_TRY(sliced_ == nullptr ? executor_->forward() : sliced_->forward());
     if (rows_ != nullptr) SPLAT_TRY(context_.run(rows_->unpack));
-    Ledger ledger;
-    SPLAT_TRY(counts_->measure(ledger));
-    const std::lock_guard lock(ledger_mutex_);
-    ledger_ = ledger;
-    return {};
+    SPLAT_TRY(counts_->measure());
+    return scope.finish();
 }
 
 Status Model::backward(bool of_sets) {
     SPLAT_TRY(check_unmapped());
     if (input_changed_ || outside_writes_ != outside_->writes)
         return bad_state("backward was called after new inputs without their forward pass");
+    vk::BatchScope scope(context_, batch_);
     if (gradient_rows_ != nullptr)
         SPLAT_TRY(context_.run(of_sets ? gradient_rows_->unpack : gradient_rows_->pack));
     SPLAT_TRY(sliced_ == nullptr ? executor_->backward() : sliced_->backward());
-    return exchange_gradient_.empty() ? Status() : context_.run(exchange_gradient_);
+    if (!exchange_gradient_.empty()) SPLAT_TRY(context_.run(exchange_gradient_));
+    return scope.finish();
 }
 
 gaussians::SetViews Model::sets(bool gradients) const {

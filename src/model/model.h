@@ -68,17 +68,20 @@ class Model {
     /// Initialise the parameters from a seed, as the paper's code does.
     Status init(std::uint64_t seed);
 
-    /// All or nothing: a refused call keeps the input of the last pass and its saved values for backward.
-    /// Errors: kShape, naming the field, its size and the expected one; kInvalidArgument for numbers that
-    /// are not finite.
+    /// All or nothing: a refused call keeps the input of the last pass and its saved values for backward. Errors:
+    /// kShape, naming the field, its size and the expected one; kInvalidArgument for numbers that are not finite.
     Status set_input(const ModelInput& input);
 
-    /// Take what the tensors of inputs hold, whose numbers are not checked. Seed and step are those of
-    /// dropout. Errors: those of Context::read and write.
+    /// Take what the tensors of inputs hold, unchecked. Seed and step are those of dropout. Errors: those of
+    /// Context::read and write.
     Status use_tensors(std::uint64_t seed, std::uint32_t step);
 
     /// Errors: kInvalidState while a tensor of it is mapped; those of Context::run.
     Status forward();
+
+    /// forward() without reading the ledger, which output_ledger() counted and takes.
+    Status forward_unread();
+    [[nodiscard]] OutputLedger& output_ledger() { return *counts_; }
 
     /// Compute the gradients of parameters from the written gradients of outputs, or `of_sets` from those of
     /// sets(true). Errors: kInvalidState after new inputs without their forward pass, or while a tensor of it is
@@ -102,6 +105,7 @@ class Model {
         bool graded;    ///< a pass computes its gradient
     };
     [[nodiscard]] std::vector<Port> inputs() const;
+    [[nodiscard]] vk::BatchScope one_list() { return {context_, batch_}; }
 
     /// Outside use of inputs and results, and of gradients other than those of parameters, by tensors that share
     /// their memory; nn::Parameters::outside has that of parameters.
@@ -117,8 +121,7 @@ class Model {
     struct Outputs {
         vk::BufferView means, opacities, scales, rotations, sh;
     };
-    /// Made by the first call, and filled by each pass from then on. Errors: those of Memory::allocate and
-    /// Context::run.
+    /// Made by the first call, filled by each pass from then on. Errors: those of Memory::allocate and Context::run.
     Result<Outputs> outputs();
     Result<Outputs> output_gradients();
 
@@ -129,11 +132,8 @@ class Model {
     /// What such a set holds.
     [[nodiscard]] const gaussians::SetDesc& set_desc() const { return set_desc_; }
 
-    /// Counts of the latest forward pass that succeeded. May be called during a pass.
-    [[nodiscard]] Ledger ledger() const {
-        const std::lock_guard lock(ledger_mutex_);
-        return ledger_;
-    }
+    /// Counts of the latest forward pass that was read. May be called during a pass.
+    [[nodiscard]] Ledger ledger() const { return counts_->latest(); }
 
     /// Output of the network, input of the head: [N, output_channels, R, R], row-major.
     [[nodiscard]] const vk::BufferView& raw_output() const { return tensor(raw_); }
@@ -217,8 +217,7 @@ class Model {
     Result<Outputs> rows(std::unique_ptr<Rows>& rows, bool gradients);
     std::unique_ptr<Rows> rows_, gradient_rows_;
     std::unique_ptr<OutputLedger> counts_;
-    mutable std::mutex ledger_mutex_;
-    Ledger ledger_;
+    vk::Batch batch_;
     std::vector<float> rays_;
     /// A custom embedding and its gradient in the caller's order, with the lists that exchange the halves
     /// of each vector. The published network takes them exchanged.
@@ -241,9 +240,8 @@ class Model {
 /// focal length if each view has its own.
 std::vector<float> pixel_rays(const ModelConfig& config);
 
-/// Values that modulate the network's blocks as sines and cosines (positional_embedding): per view the
-/// camera's position and viewing axis, [views, 6] from matrices [views,4,4], or the index of the view
-/// within its object, [images, 1].
+/// Values that modulate the network's blocks as sines and cosines (positional_embedding): per view the camera's
+/// position and viewing axis, [views, 6] from matrices [views,4,4], or the index of the view there, [images, 1].
 std::vector<float> pose_scalars(std::span<const float> view_to_world);
 std::vector<float> index_scalars(const ModelConfig& config, std::uint32_t images);
 

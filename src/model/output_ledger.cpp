@@ -25,17 +25,15 @@ Result<OutputLedger> OutputLedger::create(vk::Context& context, const vk::Buffer
     return made;
 }
 
-Status OutputLedger::measure(Ledger& ledger) {
-    SPLAT_TRY(context_->run(list_));
-    std::vector<std::uint32_t> words(counts_.bytes() / 4);
-    SPLAT_TRY(context_->read(counts_.range(), words.data(), counts_.bytes()));
-    const std::span all(words);
-    const ops::TensorStats raw = ops::tensor_stats_merge(all.subspan(raw_offset_ / 4));
+Ledger OutputLedger::take(std::span<const std::uint32_t> counts) {
+    const ops::TensorStats raw = ops::tensor_stats_merge(counts.subspan(raw_offset_ / 4));
+    Ledger ledger;
     ledger.gaussians = gaussians_;
     ledger.outputs_not_finite = raw.nan_count + raw.inf_count;
-    ledger.set =
-        gaussians::set_statistics_sum(all.first(gaussians::set_statistics_bytes(gaussians_) / 4));
-    return {};
+    ledger.set = gaussians::set_statistics_sum(
+        counts.first(gaussians::set_statistics_bytes(gaussians_) / 4));
+    const std::lock_guard lock(*mutex_);
+    return latest_ = ledger;
 }
 
 }  // namespace splat::model

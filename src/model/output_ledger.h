@@ -1,5 +1,9 @@
 #pragma once
 
+#include <memory>
+#include <mutex>
+#include <span>
+
 #include "gaussians/set_statistics.h"
 #include "nn/executor.h"
 
@@ -17,7 +21,7 @@ struct Ledger {
     }
 };
 
-/// Counts on the device what Ledger holds: one list and one small read after each pass.
+/// Counts on the device what Ledger holds: one list after each pass.
 class OutputLedger {
   public:
     /// raw        the network's output
@@ -26,8 +30,20 @@ class OutputLedger {
                                        const gaussians::SetDesc& desc,
                                        const gaussians::SetViews& set);
 
-    /// Errors: those of Context::run and read.
-    Status measure(Ledger& ledger);
+    /// Fill counts(). Errors: those of Context::run.
+    Status measure() { return context_->run(list_); }
+
+    /// What the latest measure() counted.
+    [[nodiscard]] const vk::BufferView& counts() const { return counts_.range(); }
+
+    /// The ledger by the numbers of counts(): from now on the latest().
+    Ledger take(std::span<const std::uint32_t> counts);
+
+    /// Thread-safe.
+    [[nodiscard]] Ledger latest() const {
+        const std::lock_guard lock(*mutex_);
+        return latest_;
+    }
 
   private:
     explicit OutputLedger(vk::Context& context) : context_(&context) {}
@@ -37,6 +53,8 @@ class OutputLedger {
     vk::CommandList list_;
     std::uint64_t raw_offset_ = 0;  ///< bytes
     std::uint32_t gaussians_ = 0;
+    std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  ///< guards latest_
+    Ledger latest_;
 };
 
 }  // namespace splat::model

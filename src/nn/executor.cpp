@@ -64,6 +64,10 @@ Status record_backward(vk::Recorder& recorder, const Graph& graph, const Executo
     return {};
 }
 
+void log_not_kept(const Status& why) {
+    log(LogLevel::kInfo, "weights are prepared in every pass: " + why.message());
+}
+
 }  // namespace
 
 Executor::Executor(vk::Context& context, const Graph& graph, Parameters& parameters)
@@ -76,11 +80,7 @@ Result<std::unique_ptr<Executor>> Executor::create(vk::Context& context, const G
                                                    const ExecutorDesc& desc) {
     SPLAT_TRY(graph.status());
     std::unique_ptr<Executor> made(new Executor(context, graph, parameters));
-    auto plan = std::make_unique<ExecutorPlan>(graph, parameters, desc);
-    SPLAT_TRY(plan->make());
-    SPLAT_TRY(plan->place(context, ExecutorPlan::Home::kArenas, made->buffers_, made->memory_));
-    if (desc.backward && plan->has_kept())
-        SPLAT_TRY(plan->place(context, ExecutorPlan::Home::kKept, made->buffers_, made->memory_));
+    SPLAT_ASSIGN(std::unique_ptr<ExecutorPlan> plan, made->placed(desc));
     const auto port = [&](std::size_t tensor, ValueId id) {
         vk::BufferView view = plan->view(tensor);
         view.shape = graph.value(id).shape;
@@ -108,6 +108,23 @@ Result<std::unique_ptr<Executor>> Executor::create(vk::Context& context, const G
         SPLAT_TRY(unpack(recorder, plan->grad_view(id), made->grad_ports_.at(id)));
     SPLAT_ASSIGN(made->backward_, recorder.finish());
     return made;
+}
+
+/// The plan, with memory for all tensors; where that is short, nothing is kept for backward passes.
+Result<std::unique_ptr<ExecutorPlan>> Executor::placed(ExecutorDesc desc) {
+    using Home = ExecutorPlan::Home;
+    for (;; desc.keep_prepared = false) {
+        auto plan = std::make_unique<ExecutorPlan>(graph_, parameters_, desc);
+        SPLAT_TRY(plan->make());
+        const bool keeps = desc.backward && plan->has_kept();
+        Status placed = plan->place(context_, Home::kArenas, buffers_, memory_);
+        if (placed.ok() && keeps) placed = plan->place(context_, Home::kKept, buffers_, memory_);
+        if (placed.ok()) return plan;
+        buffers_.clear();
+        memory_ = {};
+        if (!keeps || placed.code() != Code::kOutOfDeviceMemory) return placed;
+        log_not_kept(placed);
+    }
 }
 
 /// The lists that prepare kept parameters, and those of a forward pass.
@@ -146,7 +163,15 @@ Status Executor::keep_prepared(ExecutorPlan& plan) {
     return {};
 }
 
+/// What lists were to leave that did not run is not there.
+void Executor::forget_dropped() {
+    if (!context_.dropped(noted_)) return;
+    prepared_revision_ = 0;
+    ran_ = false;
+}
+
 Status Executor::forward() {
+    forget_dropped();
     ran_ = ran_ && separate_;  // otherwise a pass that fails spoils what the one before left
     if (parameters_.outside()->exposed > 0) parameters_.changed();
     const std::uint64_t revision = parameters_.revision();
@@ -155,14 +180,14 @@ Status Executor::forward() {
         const Status kept = keep_prepared(*plan);  // tried once: passes work without
         if (kept.code() == Code::kCancelled) plan_ = std::move(plan);
         if (kept.code() == Code::kCancelled || kept.code() == Code::kDeviceLost) return kept;
-        if (!kept.ok())
-            log(LogLevel::kInfo, "weights are prepared in every pass: " + kept.message());
+        if (!kept.ok()) log_not_kept(kept);
     }
     if (!prepare_.empty() && prepared_revision_ != revision) {
         SPLAT_TRY(context_.run(prepare_));
         prepared_revision_ = revision;
     }
     SPLAT_TRY(context_.run(forward_));
+    noted_ = context_.noted();
     ran_revision_ = revision;
     ran_ = true;
     return {};
@@ -171,6 +196,7 @@ Status Executor::forward() {
 Status Executor::backward() {
     if (backward_.empty())
         return bad_state("backward was called on a network made without gradients");
+    forget_dropped();
     if (!ran_)
         return bad_state(
             "backward was called without a forward pass of its own: run forward before each");

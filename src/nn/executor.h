@@ -45,6 +45,8 @@ struct ExecutorDesc {
     /// Give every tensor its own memory. The results of a pass then stay: backward can run again after
     /// the same forward, and saved() can be read.
     bool separate = false;
+    /// What lists in levels may take more. If the device has less, they take what others do.
+    Spread spread = {};
     const char* label = "activations";  ///< names the memory in errors
 };
 
@@ -97,9 +99,11 @@ class Executor {
 
   private:
     Executor(vk::Context& context, const Graph& graph, Parameters& parameters);
+    Result<std::unique_ptr<ExecutorPlan>> placed(ExecutorDesc desc);
     Status record(const ExecutorPlan& plan, vk::CommandList& prepare,
                   vk::CommandList& forward) const;
     Status keep_prepared(ExecutorPlan& plan);
+    void forget_dropped();
 
     vk::Context& context_;
     const Graph& graph_;
@@ -114,6 +118,7 @@ class Executor {
     std::unique_ptr<ExecutorPlan> plan_;  ///< null once prepared parameters are kept
     std::uint64_t prepared_revision_ = 0;
     std::uint64_t ran_revision_ = 0;
+    std::uint64_t noted_ = 0;          ///< Context::noted() of the latest forward pass
     mutable std::mutex memory_mutex_;  ///< guards memory_
     ExecutorMemory memory_;
     bool separate_ = false;

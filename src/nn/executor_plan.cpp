@@ -7,9 +7,6 @@
 namespace splat::nn {
 namespace {
 
-/// Arenas stay well below the largest allocation of drivers (2 GiB on lavapipe).
-constexpr std::uint64_t kArenaBytes = std::uint64_t{512} << 20;
-
 constexpr std::uint32_t kForever = ~std::uint32_t{0};
 
 vk::BufferView shaped(vk::BufferView view, const Shape& shape) {
@@ -20,8 +17,14 @@ vk::BufferView shaped(vk::BufferView view, const Shape& shape) {
 }  // namespace
 
 std::size_t ExecutorPlan::tensor(std::string name, std::uint64_t bytes, std::uint32_t first) {
-    tensors_.push_back({{first, clock_, bytes}, std::move(name), {}, Home::kArenas});
+    tensors_.push_back({{first, clock_, bytes}, std::move(name), {}, Home::kArenas, first});
     return tensors_.size() - 1;
+}
+
+std::size_t ExecutorPlan::prepared(const Node& node, std::uint64_t bytes) {
+    const std::size_t made = tensor(node.row->name, bytes, clock_);
+    tensors_[made].earliest = backward_begin_;
+    return made;
 }
 
 /// From the first command to the last.
@@ -147,7 +150,7 @@ void ExecutorPlan::plan_prepared(Call& call, std::uint64_t bytes, std::uint64_t 
                                  std::size_t& kept) {
     const Node& n = graph_.nodes()[call.node];
     const bool keeps = keeps_prepared(n) && kept_bytes_ + bytes <= most;
-    if (!keeps || !desc_.backward) call.prepared = tensor(n.row->name, bytes, clock_);
+    if (!keeps || !desc_.backward) call.prepared = prepared(n, bytes);
     if (!keeps) return;
     kept = tensor(n.row->name, bytes, clock_);
     tensors_[kept].home = Home::kKept;
@@ -212,7 +215,7 @@ Status ExecutorPlan::plan_outputs() {
 }
 
 Status ExecutorPlan::plan_backward() {
-    ++clock_;
+    backward_begin_ = ++clock_;
     for (const ValueId id : desc_.grad_outputs) {
         const Value& value = graph_.value(id);
         const ValueId root = graph_.root(id);
@@ -291,8 +294,10 @@ Status ExecutorPlan::plan_backward_node(std::size_t node) {
         }
     }
     for (const std::size_t saved : saved_[node]) touch(saved);
-    if (n.plan.backward_workspace > 0)
+    if (n.plan.backward_workspace > 0) {
         call.workspace = tensor(n.row->name, n.plan.backward_workspace, clock_);
+        tensors_[call.workspace].least = n.plan.backward_least;
+    }
     if (n.plan.backward_prepared > 0 && activation)
         plan_prepared(call, n.plan.backward_prepared, desc_.kept_bytes, kept_backward[node]);
     backward.push_back(std::move(call));
@@ -355,40 +360,6 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
         return {};
     }
     call.sums.emplace_back(part, grads_[root]);
-    return {};
-}
-
-Status ExecutorPlan::place(vk::Context& context, Home home, std::vector<vk::Buffer>& buffers,
-                           ExecutorMemory& memory) {
-    std::vector<std::size_t> members;
-    std::vector<Lifetime> lifetimes;
-    for (std::size_t i = 0; i < tensors_.size(); ++i) {
-        if (tensors_[i].home != home) continue;
-        members.push_back(i);
-        lifetimes.push_back(tensors_[i].life);
-    }
-    const MemoryPlan plan = plan_memory(lifetimes, context.device().info().limits.offset_alignment,
-                                        desc_.separate ? 0 : kArenaBytes);
-    memory.bound += peak_bytes(lifetimes);
-    const std::size_t first = buffers.size();
-    for (const std::uint64_t bytes : plan.arena_bytes) {
-        SPLAT_ASSIGN(
-            vk::Buffer buffer,
-            context.memory().allocate(bytes, vk::MemoryKind::kDevice,
-                                      home == Home::kKept ? "prepared weights" : desc_.label));
-        buffers.push_back(std::move(buffer));
-        memory.arenas += bytes;
-    }
-    for (std::size_t i = 0; i < members.size(); ++i) {
-        Tensor& tensor = tensors_[members[i]];
-        tensor.view = buffers[first + plan.placements[i].arena].range();
-        tensor.view.offset += plan.placements[i].offset;
-        tensor.view.bytes = vk::quad_bytes((tensor.life.bytes + 3) / 4);
-    }
-    if (home == Home::kKept) {
-        memory.prepared = kept_bytes_;
-        kept_placed_ = true;
-    }
     return {};
 }
 

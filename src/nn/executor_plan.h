@@ -39,6 +39,8 @@ class ExecutorPlan {
         std::string name;
         vk::BufferView view;  ///< after place()
         Home home = Home::kArenas;
+        std::uint32_t earliest = 0;  ///< when it might be written, if its memory were free
+        std::uint64_t least = 0;     ///< bytes of its smaller form, if it has one
     };
 
     ExecutorPlan(const Graph& graph, const Parameters& parameters, const ExecutorDesc& desc)
@@ -81,6 +83,8 @@ class ExecutorPlan {
         life.last = std::max(life.last, clock_);
     }
     void keep(std::size_t tensor);
+    /// Parameters prepared for a call, which depend on nothing that the list computes.
+    std::size_t prepared(const Node& node, std::uint64_t bytes);
     std::size_t port(ValueId id, std::size_t tensor,
                      const std::map<ValueId, vk::BufferView>& given);
     Result<std::uint64_t> bytes_of(ValueId id) const;
@@ -106,7 +110,8 @@ class ExecutorPlan {
     const Parameters& parameters_;
     const ExecutorDesc desc_;
     std::uint32_t clock_ = 0;
-    std::uint64_t kept_bytes_ = 0;  ///< bytes of prepared parameters so far
+    std::uint32_t backward_begin_ = 0;  ///< tick at which the list of the backward pass begins
+    std::uint64_t kept_bytes_ = 0;      ///< bytes of prepared parameters so far
     bool kept_placed_ = false;
     std::vector<Tensor> tensors_;
     std::vector<bool> wanted_;   ///< by root value: its gradient is requested, or needed for one

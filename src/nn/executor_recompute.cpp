@@ -49,7 +49,7 @@ Status ExecutorPlan::plan_replay(std::size_t first, std::size_t last) {
             if (!crosses_[n.outputs[i]]) values_[n.outputs[i]] = call.outputs[i];
         saved_[node] = call.saved;
         if (n.plan.forward_prepared > 0 && kept_forward[node] == kNone)
-            call.prepared = tensor(n.row->name, n.plan.forward_prepared, clock_);
+            call.prepared = prepared(n, n.plan.forward_prepared);
         backward.push_back(std::move(call));
     }
     return {};

@@ -66,6 +66,29 @@ MemoryPlan plan_memory(const std::vector<Lifetime>& lifetimes, std::uint64_t ali
     return plan;
 }
 
+std::uint64_t MemoryPlan::bytes() const {
+    return std::accumulate(arena_bytes.begin(), arena_bytes.end(), std::uint64_t{0});
+}
+
+std::optional<MemoryPlan> plan_spread(const std::vector<Lifetime>& lifetimes,
+                                      const std::vector<std::uint32_t>& earliest,
+                                      std::uint32_t ticks, std::uint64_t most,
+                                      std::uint64_t alignment, std::uint64_t arena_limit) {
+    for (const std::uint32_t before : {~std::uint32_t{0}, ticks}) {
+        std::vector<Lifetime> longer = lifetimes;
+        for (std::size_t i = 0; i < longer.size(); ++i) {
+            longer[i].last += ticks;
+            longer[i].first -=
+                std::min(before, longer[i].first - std::min(longer[i].first, earliest[i]));
+        }
+        MemoryPlan plan = plan_memory(longer, alignment, arena_limit);
+        if (plan.bytes() <= most) return plan;
+    }
+    MemoryPlan plan = plan_memory(lifetimes, alignment, arena_limit);
+    if (plan.bytes() > most) return std::nullopt;
+    return plan;
+}
+
 std::uint64_t peak_bytes(const std::vector<Lifetime>& lifetimes) {
     std::uint32_t end = 0;
     for (const Lifetime& item : lifetimes) end = std::max(end, item.last + 1);

@@ -1,9 +1,10 @@
 #include "ops/adam.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "vk/launch.h"
+#include "ops/quads.h"
 
 namespace splat::ops {
 namespace {
@@ -28,43 +29,62 @@ Status adam_check(const AdamDesc& desc) {
     return {};
 }
 
-params::AdamParams adam_params(const vk::DeviceInfo& device, const AdamDesc& desc,
-                               std::uint64_t bytes) {
-    const std::uint64_t quads = bytes / 16;
+Result<std::array<float, 8>> adam_scalars(const AdamDesc& desc) {
+    SPLAT_TRY(adam_check(desc));
     const auto step = static_cast<double>(desc.step);
     const auto real = [](double value) { return static_cast<float>(value); };
-    return {static_cast<std::uint32_t>(quads),
-            vk::groups_for(device, quads, vk::workgroup_size(device, 64))[0],
-            real(desc.beta1),
-            real(1 - desc.beta1),
-            real(desc.beta2),
-            real(1 - desc.beta2),
-            real(desc.learning_rate / (1 - std::pow(desc.beta1, step))),
-            real(1 / std::sqrt(1 - std::pow(desc.beta2, step))),
-            real(desc.eps)};
+    return std::array<float, 8>{real(desc.beta1),
+                                real(1 - desc.beta1),
+                                real(desc.beta2),
+                                real(1 - desc.beta2),
+                                real(desc.learning_rate / (1 - std::pow(desc.beta1, step))),
+                                real(1 / std::sqrt(1 - std::pow(desc.beta2, step))),
+                                real(desc.eps),
+                                0};
 }
 
-Status adam(vk::Recorder& recorder, const AdamDesc& desc, const vk::BufferView& value,
+Status adam(vk::Recorder& recorder, const AdamScalars& scalars, const vk::BufferView& value,
             const vk::BufferView& grad, const vk::BufferView& m, const vk::BufferView& v) {
-    SPLAT_TRY(adam_check(desc));
     if (grad.bytes != value.bytes || m.bytes != value.bytes || v.bytes != value.bytes)
         return error(
             Code::kShape,
             "adam: blocks of %llu, %llu, %llu and %llu bytes (value, grad, m, v), expected "
             "the same length",
             llu(value.bytes), llu(grad.bytes), llu(m.bytes), llu(v.bytes));
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const double bytes = static_cast<double>(value.bytes);
+    return record_each(
+        recorder,
+        {.kernel = "adam",
+         .items = value.bytes / 16,
+         .accesses = {vk::read(value), vk::read(grad), vk::read(m), vk::read(v), vk::write(value),
+                      vk::write(m), vk::write(v), vk::read(scalars.values)},
+         .work = {.flops = 3 * bytes, .bytes = 7 * bytes},
+         .may_alias = true},  // an element is written by the invocation that read it
+        [&](std::uint32_t groups_x) {
+            return params::AdamParams{static_cast<std::uint32_t>(value.bytes / 16), groups_x,
+                                      scalars.rule};
+        });
+}
+
+Status step_decision(vk::Recorder& recorder, const StepDecision& views) {
+    const auto quads = [](std::uint64_t bytes) { return static_cast<std::uint32_t>(bytes / 16); };
+    const std::uint32_t entry = 2 * views.rules + 1;
+    const std::uint32_t chunks = quads(views.partial.bytes) / 2;
+    const std::uint32_t size =
+        vk::workgroup_size(recorder.device(), 256, std::max(chunks, quads(views.notes.bytes)));
+    const auto bytes = static_cast<double>(views.partial.bytes + 2 * views.notes.bytes);
     return recorder.dispatch({
-        .op = "adam",
-        .shader = "adam",
+        .op = "step_decision",
+        .shader = "step_decision",
         .constants = {{params::kWorkgroupSizeId, size}},
-        .push = adam_params(recorder.device(), desc, value.bytes),
-        .accesses = {vk::read(value), vk::read(grad), vk::read(m), vk::read(v), vk::write(value),
-                     vk::write(m), vk::write(v)},
-        .groups = vk::groups_for(recorder.device(), value.bytes / 16, size),
-        .work = {.flops = 3 * bytes, .bytes = 7 * bytes},
-        .may_alias = true,  // an element is written by the invocation that read it
+        .push = params::StepDecisionParams{chunks, quads(views.notes.bytes), quads(views.checked),
+                                           quads(views.block), quads(views.unchecked),
+                                           (quads(views.inputs.bytes) - 1) / entry, entry,
+                                           quads(views.ema_at)},
+        .accesses = {vk::read(views.partial), vk::read(views.notes), vk::read(views.inputs),
+                     vk::read_write(views.history), vk::write(views.scalars)},
+        .groups = {1, 1, 1},
+        .work = {.flops = bytes, .bytes = bytes},
     });
 }
 

@@ -78,22 +78,23 @@ Status multiply(vk::Recorder& recorder, const char* op, const AttentionDesc& des
     params.v_head = v.head;
     params.v_image = v.image;
     params.scale = scale;
-    const std::uint32_t size =
-        kernels == Kernels::kCpu ? 8 : vk::workgroup_size(recorder.device(), 64);
-    // Few columns would leave a wide tile idle.
-    const std::uint32_t widest =
-        kernels == Kernels::kGpu ? gpu_tiles(recorder.device()).attention_columns : 8;
-    const std::uint32_t columns = kernels == Kernels::kPlain  ? 1
-                                  : params.n >= widest * size ? widest
-                                  : params.n >= 2 * size      ? 2
-                                                              : 1;
+    const std::uint32_t batches = desc.n * desc.heads;
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, size}};
-    if (kernels != Kernels::kPlain) {
-        constants.push_back({params::kAttentionColumnsId, columns});
-        constants.push_back({params::kAttentionBlocksId, kBlocks});
+    vk::Groups workgroups{groups(params.n, size), groups(params.m, 4), batches};
+    if (kernels == Kernels::kCpu) {
+        // Few columns would leave a wide tile idle.
+        const std::uint32_t columns = params.n >= 64 ? 8 : params.n >= 16 ? 2 : 1;
+        constants = {{params::kWorkgroupSizeId, 8},
+                     {params::kAttentionColumnsId, columns},
+                     {params::kAttentionBlocksId, kBlocks}};
+        workgroups = {groups(params.n, 8 * columns), groups(params.m, 8 * kBlocks), batches};
+    } else if (kernels == Kernels::kGpu) {
+        const ProductTiles tiles =
+            product_tiles(recorder.device(), params.m, params.n, batches, true);
+        constants = tiles.constants();
+        workgroups = {tiles.n, tiles.m, batches};
     }
-    const std::uint32_t rows = kernels == Kernels::kPlain ? 4 : 8 * kBlocks;
-    const double batches = static_cast<double>(desc.n) * desc.heads;
     const double m = params.m;
     const double n = params.n;
     const double k = params.k;
@@ -103,7 +104,7 @@ Status multiply(vk::Recorder& recorder, const char* op, const AttentionDesc& des
         .constants = std::move(constants),
         .push = params,
         .accesses = {vk::read(s.view), vk::read(v.view), vk::write(y.view)},
-        .groups = {groups(params.n, size * columns), groups(params.m, rows), desc.n * desc.heads},
+        .groups = workgroups,
         .work = {.flops = 2 * batches * m * n * k, .bytes = 4 * batches * (m * k + n * k + m * n)},
     });
 }

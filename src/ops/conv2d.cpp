@@ -24,6 +24,14 @@ bool uses_winograd(const vk::Recorder& recorder, const Conv2dDesc& desc) {
     return recorder.kernels() != Kernels::kPlain && desc.winograd != 0;
 }
 
+/// Where the workspace of the weight's gradient begins in that of both: behind the input's where dispatches that do not
+/// conflict run beside each other. What they share by taps is only read.
+std::uint64_t weight_workspace(const vk::Recorder& recorder, const Conv2dDesc& desc) {
+    if (!recorder.device().features.levels || !uses_winograd(recorder, desc)) return 0;
+    return round_up(conv2d_backward_input_bytes(recorder, desc),
+                    recorder.device().limits.offset_alignment);
+}
+
 }  // namespace
 
 std::uint64_t conv2d_pixels(const Conv2dDesc& desc) {
@@ -276,14 +284,17 @@ Result<OpPlan> conv2d_plan(const vk::Recorder& recorder, const Attributes& attri
     if (inputs[3].rank() > 0) SPLAT_TRY(expect_shape("conv2d", "residual", inputs[3], y));
     const Conv2dDesc desc = conv2d_desc(attributes, x, weight, bias);
     SPLAT_TRY(conv2d_check(desc));
-    return OpPlan{.outputs = {y},
-                  .forward_workspace = conv2d_forward_bytes(recorder, desc),
-                  .backward_workspace = std::max(conv2d_backward_input_bytes(recorder, desc),
-                                                 conv2d_backward_weight_bytes(recorder, desc)),
-                  .forward_prepared = conv2d_prepared_bytes(recorder, desc, false),
-                  .backward_prepared = conv2d_prepared_bytes(recorder, desc, true),
-                  .adds = conv2d_adds(recorder, desc),
-                  .passes = desc.scale == 1 ? 1U << 3 : 0};
+    const std::uint64_t for_input = conv2d_backward_input_bytes(recorder, desc),
+                        for_weight = conv2d_backward_weight_bytes(recorder, desc);
+    return OpPlan{
+        .outputs = {y},
+        .forward_workspace = conv2d_forward_bytes(recorder, desc),
+        .backward_workspace = std::max(for_input, weight_workspace(recorder, desc) + for_weight),
+        .backward_least = std::max(for_input, for_weight),
+        .forward_prepared = conv2d_prepared_bytes(recorder, desc, false),
+        .backward_prepared = conv2d_prepared_bytes(recorder, desc, true),
+        .adds = conv2d_adds(recorder, desc),
+        .passes = desc.scale == 1 ? 1U << 3 : 0};
 }
 
 Status conv2d_row_prepare(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v,
@@ -311,8 +322,10 @@ Status conv2d_row_backward(vk::Recorder& recorder, const Attributes& attributes,
         SPLAT_TRY(conv2d_backward_input(recorder, desc, weight, grad_y, v.grad_inputs[0],
                                         v.workspace, v.addend));
     if (present(v.grad_inputs[1])) {
+        const std::uint64_t bytes = conv2d_backward_weight_bytes(recorder, desc);
+        const std::uint64_t behind = weight_workspace(recorder, desc);
         const BufferView workspace =
-            v.workspace.part(0, conv2d_backward_weight_bytes(recorder, desc));
+            v.workspace.part(v.workspace.bytes < behind + bytes ? 0 : behind, bytes);
         SPLAT_TRY(conv2d_backward_weight(recorder, desc, v.inputs[0], grad_y, v.grad_inputs[1],
                                          workspace, v.accumulate));
     }

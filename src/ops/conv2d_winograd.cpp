@@ -2,6 +2,7 @@
 
 #include "core/checked_math.h"
 #include "ops/conv2d_stages.h"
+#include "ops/gpu_tiles.h"
 #include "ops/winograd_slices.h"
 #include "params/conv2d_winograd_params.h"
 #include "vk/launch.h"
@@ -20,6 +21,29 @@ struct Workspace {
     BufferView input;
     BufferView product;
 };
+
+/// Specialisation and workgroups of the product of `tiles` tiles.
+struct Launch {
+    std::vector<vk::SpecConstant> constants;
+    vk::Groups groups;
+};
+Launch product_launch(const vk::Recorder& recorder, const Conv2dDesc& desc,
+                      const WinogradSlices& slices, std::uint32_t tiles) {
+    const std::uint32_t places = winograd_places(desc);
+    if (recorder.kernels() == Kernels::kGpu) {
+        const ProductTiles product =
+            product_tiles(recorder.device(), desc.out_channels, tiles, places, true);
+        return {product.constants(), {product.m, product.n, places}};
+    }
+    return {
+        {{params::kWorkgroupSizeId, slices.lanes},
+         {params::kWinogradColumnsId, slices.columns},
+         {params::kWinogradBlocksId, slices.blocks},
+         {params::kWinogradDepthId, slices.depth}},
+        {slices.groups(tiles) / slices.columns,
+         static_cast<std::uint32_t>(ceil_div(desc.out_channels, std::uint64_t{8} * slices.blocks)),
+         places}};
+}
 
 }  // namespace
 
@@ -94,19 +118,14 @@ Status winograd_forward(vk::Recorder& recorder, const WinogradLabels& labels,
         params.stride = slices.tiles;
         SPLAT_TRY(winograd_input(recorder, labels.input, desc, slices, params, x, space.input));
         const double share = static_cast<double>(params.tiles) / slices.all;
+        const Launch launch = product_launch(recorder, desc, slices, params.tiles);
         SPLAT_TRY(recorder.dispatch({
             .op = labels.product,
             .shader = "conv2d_winograd_forward_product",
-            .constants = {{params::kWorkgroupSizeId, slices.lanes},
-                          {params::kWinogradColumnsId, slices.columns},
-                          {params::kWinogradBlocksId, slices.blocks},
-                          {params::kWinogradDepthId, slices.depth}},
+            .constants = launch.constants,
             .push = params,
             .accesses = {vk::read(space.input), vk::read(weight), vk::write(space.product)},
-            .groups = {slices.groups(params.tiles) / slices.columns,
-                       static_cast<std::uint32_t>(
-                           ceil_div(desc.out_channels, std::uint64_t{8} * slices.blocks)),
-                       winograd_places(desc)},
+            .groups = launch.groups,
             .work = {.flops = work.flops * share, .bytes = work.bytes * share},
         }));
         SPLAT_TRY(recorder.dispatch({

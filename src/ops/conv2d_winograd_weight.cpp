@@ -11,7 +11,7 @@ namespace {
 
 using vk::BufferView;
 
-/// conv2d_winograd_backward_weight_product.comp: 32 q input by 32 / q output channels, q = 1 or 2.
+/// conv2d_winograd_backward_weight_product_cpu.comp: 32 q input by 32 / q output channels, q = 1 or 2.
 constexpr std::uint32_t kWeightTile = 32;
 
 /// Products of slices that are kept to be summed together: more of them save passes over grad_weight but
@@ -19,8 +19,8 @@ constexpr std::uint32_t kWeightTile = 32;
 constexpr std::uint64_t kProductsBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMostProducts = 8;
 /// On a GPU the sum of a single slice is cut into parts until there are this many workgroups, or a part has only
-/// this many tiles: 64 to 64 channels are 72 workgroups at first, too few for its processors.
-constexpr std::uint64_t kGpuGroups = 1024;
+/// this many tiles: 64 to 64 channels are 36 workgroups at first, too few for its processors.
+constexpr std::uint64_t kGpuGroups = 2 * kProductGroups;
 constexpr std::uint64_t kGpuPartTiles = 64;
 
 /// Two quads of input channels per lane, unless half of the last tile would be empty.
@@ -33,7 +33,6 @@ struct Round {
     WinogradSlices slices;
     std::uint32_t products;  ///< slices of a round
     std::uint32_t parts;     ///< parts of a slice's sum, each with a product of its own
-    vk::Groups groups;       ///< workgroups of the product of one part, of the largest tiles
     std::uint64_t input_bytes;
     std::uint64_t grad_bytes;
     std::uint64_t product_bytes;  ///< bytes of the products of one slice
@@ -50,21 +49,32 @@ Round round_of(const vk::Recorder& recorder, const Conv2dDesc& desc) {
         std::clamp<std::uint64_t>(kProductsBytes / round.product_bytes, 1, kMostProducts);
     round.products = static_cast<std::uint32_t>(
         std::min<std::uint64_t>(most, ceil_div(round.slices.all, round.slices.tiles)));
-    const std::uint32_t quads = quads_per_lane(desc.in_channels);
-    round.groups = {
-        static_cast<std::uint32_t>(ceil_div(
-            desc.in_channels, std::uint64_t{kWeightTile} * quads * (round.slices.lanes / 8))),
-        static_cast<std::uint32_t>(ceil_div(desc.out_channels, kWeightTile / quads)),
-        winograd_places(desc)};
     round.parts = 1;
     if (recorder.kernels() == vk::Kernels::kGpu && round.slices.all <= round.slices.tiles) {
         const std::uint64_t groups =
-            std::uint64_t{round.groups[0]} * round.groups[1] * round.groups[2];
+            winograd_places(desc) * product_groups(desc.in_channels, desc.out_channels, 64);
         round.parts = static_cast<std::uint32_t>(
             std::min({ceil_div(kGpuGroups, groups), ceil_div(round.slices.all, kGpuPartTiles),
                       kProductsBytes / round.product_bytes + 1}));
     }
     return round;
+}
+
+/// Specialisation and workgroups of the product of one slice.
+std::pair<std::vector<vk::SpecConstant>, vk::Groups> product_launch(const vk::Recorder& recorder,
+                                                                    const Conv2dDesc& desc,
+                                                                    const Round& round) {
+    const std::uint32_t places = winograd_places(desc) * round.parts;
+    if (recorder.kernels() == vk::Kernels::kGpu) {
+        const ProductTiles tiles =
+            product_tiles(recorder.device(), desc.in_channels, desc.out_channels, places, false);
+        return {tiles.constants(), {tiles.m, tiles.n, places}};
+    }
+    const std::uint32_t quads = quads_per_lane(desc.in_channels);
+    const std::uint64_t in_tile = std::uint64_t{kWeightTile} * quads * (round.slices.lanes / 8);
+    return {{{params::kWorkgroupSizeId, round.slices.lanes}, {params::kWinogradQuadsId, quads}},
+            {static_cast<std::uint32_t>(ceil_div(desc.in_channels, in_tile)),
+             static_cast<std::uint32_t>(ceil_div(desc.out_channels, kWeightTile / quads)), places}};
 }
 
 /// product[params.slice] = D V^T over one slice of tiles.
@@ -88,23 +98,14 @@ Status add_product(vk::Recorder& recorder, const Conv2dDesc& desc, const Round& 
     }));
     const vk::Work work = conv2d_work(desc);
     const double share = static_cast<double>(params.tiles) / slices.all;
-    const std::uint32_t quads = quads_per_lane(desc.in_channels);
-    std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, slices.lanes},
-                                               {params::kWinogradQuadsId, quads}};
-    std::uint32_t sums = kWeightTile;
-    if (recorder.kernels() == vk::Kernels::kGpu) {
-        sums = gpu_tiles(recorder.device()).winograd_sums;
-        constants.push_back({params::kWinogradSumsId, sums});
-    }
+    auto [constants, groups] = product_launch(recorder, desc, round);
     return recorder.dispatch({
         .op = "conv2d_backward_weight",
         .shader = "conv2d_winograd_backward_weight_product",
         .constants = std::move(constants),
         .push = params,
         .accesses = {vk::read(input), vk::read(grad), vk::write(products)},
-        .groups = {round.groups[0],
-                   static_cast<std::uint32_t>(ceil_div(desc.out_channels, sums / quads)),
-                   round.groups[2] * round.parts},
+        .groups = groups,
         .work = {.flops = work.flops * share, .bytes = work.bytes * share},
     });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "params/optimiser_params.h"
@@ -22,19 +23,20 @@ struct EmaSchedule {
 /// Source: the schedule of Splatter Image's training (arXiv:2312.13150) with its package ema-pytorch.
 std::optional<double> ema_decay(std::uint64_t call, const EmaSchedule& schedule = {});
 
-/// The push constants of an update of a block of `bytes` bytes, for CommandList::set_push.
-params::EmaParams ema_params(const vk::DeviceInfo& device, double decay, std::uint64_t bytes);
+/// The quad that ema() reads; without a decay ema() changes nothing. Errors: kInvalidArgument for a decay outside of
+/// [0, 1].
+Result<std::array<float, 4>> ema_scalars(std::optional<double> decay);
 
 /// Exponential moving average, in place:  shadow -= (shadow - value) (1 - decay)
 ///
 /// value, shadow   float32 blocks of the same length; every quad is updated
-/// decay        0 (an exact copy) to 1
-/// Errors       kInvalidArgument for a decay outside of [0, 1], kShape for lengths that differ, the
-///              recorder's beyond the device's binding limits; nothing is recorded on error
+/// scalars      those of ema_scalars; a decay of 0 is an exact copy
+/// Errors       kShape for lengths that differ, the recorder's beyond the device's binding limits;
+///              nothing is recorded on error
 /// Precision    three roundings; 0 copies bits
 /// Determinism  bit-exact for any thread count
 /// Source       Polyak & Juditsky 1992, doi:10.1137/0330046, with exponential weights
-Status ema(vk::Recorder& recorder, double decay, const vk::BufferView& value,
+Status ema(vk::Recorder& recorder, const vk::BufferView& scalars, const vk::BufferView& value,
            const vk::BufferView& shadow);
 
 }  // namespace splat::ops

@@ -13,7 +13,7 @@ namespace {
 
 using vk::Kernels;
 
-/// The register tile of linear_forward_fast.comp: many rows fill it, few rows (FiLM: one per image) would leave it
+/// The register tile of linear_forward_cpu.comp: many rows fill it, few rows (FiLM: one per image) would leave it
 /// idle. The height is chosen to waste the least on blocks beyond the last: fetching the rows of a tile takes
 /// about as long as three fifths of a block (by its instructions on lavapipe). Only 1, 2 or 4 blocks, because
 /// lavapipe compiles each form for 20 to 50 ms. A single block takes twice the rows, because its fetches serve the
@@ -27,22 +27,17 @@ constexpr std::uint32_t kMostBlocks = 4;
 
 /// Two quads deep if the unrolled code fits in the instruction cache: for large tiles this is a fifth slower on Zen 3,
 /// but takes 0.93 of the time on a Xeon with 64 KiB.
-Tile tile_for(const LinearDesc& desc, const vk::Recorder& recorder) {
-    const bool cpu = recorder.kernels() == Kernels::kCpu;
-    const vk::DeviceFeatures& device = recorder.device().features;
-    const std::uint32_t most = cpu ? kMostBlocks : gpu_tiles(recorder.device()).linear_blocks;
+Tile tile_for(const LinearDesc& desc, const vk::DeviceFeatures& device) {
     const std::uint64_t blocks = ceil_div(desc.out_features, 8);
     const auto cost = [&](std::uint32_t height) {
         return ceil_div(blocks, height) * (5 * height + 3);
     };
     std::uint32_t best = 1;
-    for (std::uint32_t height = 2; height <= most; height *= 2)
+    for (std::uint32_t height = 2; height <= kMostBlocks; height *= 2)
         if (cost(height) <= cost(best)) best = height;
     std::uint32_t columns = 1;
-    if (desc.rows >= 32)
-        columns = best == 1 || (cpu && device.many_registers && desc.rows >= 64) ? 8 : 4;
-    const bool deep = columns * best <= (most < kMostBlocks ? 4 : 8);
-    return {columns, best, deep || (cpu && device.large_code_cache) ? 2U : 1U};
+    if (desc.rows >= 32) columns = best == 1 || (device.many_registers && desc.rows >= 64) ? 8 : 4;
+    return {columns, best, columns * best <= 8 || device.large_code_cache ? 2U : 1U};
 }
 
 params::LinearParams params_of(const LinearDesc& desc) {
@@ -64,51 +59,70 @@ vk::Work product_work(const LinearDesc& desc) {
 /// On CPU devices: the plain kernels loop over all features of a row in one invocation, see kMaxTurns.
 constexpr std::uint32_t kMaxFeatures = 65000;
 
-/// linear_backward_weight_fast.comp: most features per tile, both ways.
+/// linear_backward_weight_cpu.comp: most features per tile, both ways.
 constexpr std::uint32_t kFeatureTile = 32;
 
 /// Slices of the rows: enough that none takes more turns than kMaxTurns and, for the fast kernels, that every
-/// core or multiprocessor has work, but none with less than a few blocks of 64 rows.
+/// core or multiprocessor has work, but none with less than a few blocks of 64 rows. On GPUs each sums at most 8192
+/// rows, in fours: errors of more would add up, as there are no blocks whose sums are added. More than some 264 slices
+/// take longer to be summed than they save.
 /// On CPU devices slices of 1024 rows, up to 16, stay in the cache while all tiles read them: a tenth faster.
 std::uint32_t slices_for(const vk::Recorder& recorder, const LinearDesc& desc) {
     const bool plain = recorder.kernels() == Kernels::kPlain;
     const std::uint64_t least = ceil_div(desc.rows, plain ? vk::kMaxTurns : 4 * vk::kMaxTurns);
     if (plain) return static_cast<std::uint32_t>(least);
+    if (recorder.kernels() == Kernels::kGpu) {
+        const std::uint64_t groups = product_groups(desc.in_features, desc.out_features, 64);
+        const std::uint64_t busy =
+            std::min(ceil_div(2 * kProductGroups, groups), kProductGroups / 2);
+        return static_cast<std::uint32_t>(
+            std::max(ceil_div(desc.rows, 8192), std::min(busy, ceil_div(desc.rows, 64))));
+    }
     const std::uint64_t tiles =
         ceil_div(desc.in_features, kFeatureTile) * ceil_div(desc.out_features, kFeatureTile);
-    const bool cpu = recorder.kernels() == Kernels::kCpu;
-    const std::uint64_t most = ceil_div(desc.rows, cpu ? 256 : 64);
-    const std::uint64_t busy = std::min(ceil_div(cpu ? 16 : 1024, tiles), most);
-    const std::uint64_t cached = cpu ? std::min<std::uint64_t>(desc.rows / 1024, 16) : 0;
+    const std::uint64_t busy = std::min(ceil_div(16, tiles), ceil_div(desc.rows, 256));
+    const std::uint64_t cached = std::min<std::uint64_t>(desc.rows / 1024, 16);
     return static_cast<std::uint32_t>(std::max({least, busy, cached}));
+}
+
+/// A fast product's workgroups: those along the output features, next to each other in time, and along the rows.
+vk::Groups product_groups_of(const vk::Recorder& recorder, std::uint64_t features,
+                             std::uint64_t row_groups) {
+    const std::uint64_t layers = ceil_div(row_groups, recorder.device().limits.max_groups[1]);
+    return {static_cast<std::uint32_t>(features),
+            static_cast<std::uint32_t>(ceil_div(row_groups, layers)),
+            static_cast<std::uint32_t>(layers)};
 }
 
 /// The fast product; backward_input is the same with in and out exchanged.
 Status multiply(vk::Recorder& recorder, const char* op, const LinearDesc& desc,
                 const vk::BufferView& x, const vk::BufferView& weight, const vk::BufferView& bias,
                 const vk::BufferView& y, const vk::BufferView& residual) {
-    const bool cpu = recorder.kernels() == Kernels::kCpu;
-    const Tile tile = tile_for(desc, recorder);
-    // CPU devices distribute workgroups, so these are small; a GPU needs its whole subgroup
-    // filled.
-    const std::uint32_t size = cpu ? 8 : vk::workgroup_size(recorder.device(), 64);
-    const std::uint64_t row_groups = ceil_div(desc.rows, std::uint64_t{size} * tile.columns);
-    const std::uint64_t layers = ceil_div(row_groups, recorder.device().limits.max_groups[1]);
-    const vk::Groups groups{
-        static_cast<std::uint32_t>(ceil_div(desc.out_features, 8 * tile.blocks)),
-        static_cast<std::uint32_t>(ceil_div(row_groups, layers)),
-        static_cast<std::uint32_t>(layers)};
+    const bool has_residual = residual.block != nullptr;
+    std::vector<vk::SpecConstant> constants;
+    vk::Groups groups;
+    if (recorder.kernels() == Kernels::kCpu) {
+        const Tile tile = tile_for(desc, recorder.device().features);
+        constexpr std::uint32_t kSize = 8;  // CPU devices distribute workgroups, so these are small
+        constants = {{params::kWorkgroupSizeId, kSize},
+                     {params::kLinearColumnsId, tile.columns},
+                     {params::kLinearBlocksId, tile.blocks},
+                     {params::kLinearDepthId, tile.depth}};
+        groups = product_groups_of(recorder, ceil_div(desc.out_features, 8 * tile.blocks),
+                                   ceil_div(desc.rows, std::uint64_t{kSize} * tile.columns));
+    } else {
+        const ProductTiles tiles =
+            product_tiles(recorder.device(), desc.out_features, desc.rows, 1, true);
+        constants = tiles.constants();
+        groups = product_groups_of(recorder, tiles.m, tiles.n);
+    }
+    constants.push_back({params::kLinearResidualId, has_residual ? 1U : 0U});
     params::LinearParams params = params_of(desc);
     params.groups_x = groups[1];
-    const bool has_residual = residual.block != nullptr;
     return recorder.dispatch({
         .op = op,
         .shader = "linear_forward",
-        .constants = {{params::kWorkgroupSizeId, size},
-                      {params::kLinearColumnsId, tile.columns},
-                      {params::kLinearBlocksId, tile.blocks},
-                      {params::kLinearResidualId, has_residual ? 1U : 0U},
-                      {params::kLinearDepthId, tile.depth}},
+        .constants = std::move(constants),
         .push = params,
         .accesses = {vk::read(x), vk::read(weight), vk::read(bias),
                      vk::read(has_residual ? residual : x), vk::write(y)},
@@ -234,27 +248,23 @@ Status linear_backward_weight(vk::Recorder& recorder, const LinearDesc& desc,
     params.slices = slices_for(recorder, desc);
 
     const Kernels kernels = recorder.kernels();
-    std::uint32_t lanes = kernels == Kernels::kCpu ? 8 : size;
-    if (kernels == Kernels::kGpu) {  // whole subgroups, but no more tiles than there are
-        const std::uint64_t wanted = 8 * ceil_div(desc.in_features, kFeatureTile);
-        lanes = static_cast<std::uint32_t>(std::min<std::uint64_t>(
-            size, round_up(wanted, recorder.device().limits.subgroup_size)));
-    }
     vk::Groups groups = per_weight;
-    std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, lanes}};
-    if (kernels != Kernels::kPlain) {
-        const std::uint32_t in_tile =
-            kFeatureTile * (lanes / 8);  // each 8 lanes take a tile of their own
+    std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, size}};
+    if (kernels == Kernels::kCpu) {
         // The 72 taps of an adapter of rank 8 are three tiles of 24, not of 32. Only two sizes, as each is
         // one more pipeline.
-        const std::uint32_t most =
-            kernels == Kernels::kGpu ? gpu_tiles(recorder.device()).weight_quads : 8;
         const auto out_tiles =
-            static_cast<std::uint32_t>(ceil_div(desc.out_features, std::uint64_t{4} * most));
+            static_cast<std::uint32_t>(ceil_div(desc.out_features, kFeatureTile));
         const std::uint64_t out_quads = ceil_div(ceil_div(desc.out_features, 4), out_tiles);
-        constants.push_back({params::kLinearOutQuadsId,
-                             out_tiles > 1 && out_quads <= 6 ? std::min(most, 6U) : most});
-        groups = {static_cast<std::uint32_t>(ceil_div(desc.in_features, in_tile)), out_tiles, 1};
+        constants = {{params::kWorkgroupSizeId, 8},
+                     {params::kLinearOutQuadsId, out_tiles > 1 && out_quads <= 6 ? 6U : 8U}};
+        groups = {static_cast<std::uint32_t>(ceil_div(desc.in_features, kFeatureTile)), out_tiles,
+                  1};
+    } else if (kernels == Kernels::kGpu) {
+        const ProductTiles tiles = product_tiles(recorder.device(), desc.in_features,
+                                                 desc.out_features, params.slices, false);
+        constants = tiles.constants();
+        groups = {tiles.m, tiles.n, 1};
     }
     groups[2] = params.slices;
     SPLAT_TRY(recorder.dispatch({

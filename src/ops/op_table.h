@@ -48,7 +48,9 @@ struct OpPlan {
     std::vector<Shape> saved = {};         ///< computed by forward, read by backward; row-major
     std::uint64_t forward_workspace = 0;   ///< bytes
     std::uint64_t backward_workspace = 0;  ///< bytes
-    std::uint64_t forward_prepared = 0;    ///< bytes of parameters as forward's kernels read them
+    std::uint64_t backward_least =
+        0;  ///< with so many the gradients wait for each other; 0: no such form
+    std::uint64_t forward_prepared = 0;   ///< bytes of parameters as forward's kernels read them
     std::uint64_t backward_prepared = 0;  ///< the same for backward's, for gradients of activations
     bool adds = false;                    ///< backward adds OpViews::addend to grad_inputs[0]
     /// Inputs, one bit each, whose gradient equals that of output 0. The caller can use that tensor instead, and

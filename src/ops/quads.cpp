@@ -34,6 +34,10 @@ Status quads_pack(vk::Recorder& recorder, const vk::BufferView& x, const vk::Buf
     return convert(recorder, "quads_pack", x, y);
 }
 
+Status quads_pack_levels(vk::Recorder& recorder, const vk::BufferView& x, const vk::BufferView& y) {
+    return convert(recorder, "quads_pack_levels", x, y);
+}
+
 Status quads_unpack(vk::Recorder& recorder, const vk::BufferView& x, const vk::BufferView& y) {
     return convert(recorder, "quads_unpack", x, y);
 }

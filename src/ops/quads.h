@@ -34,6 +34,9 @@ Result<QuadDims> quad_dims(const Shape& shape, std::uint32_t least = 2);
 Status quads_pack(vk::Recorder& recorder, const vk::BufferView& x, const vk::BufferView& y);
 Status quads_unpack(vk::Recorder& recorder, const vk::BufferView& x, const vk::BufferView& y);
 
+/// The same from bytes k: y holds the float32 nearest to k / 255.
+Status quads_pack_levels(vk::Recorder& recorder, const vk::BufferView& x, const vk::BufferView& y);
+
 /// A kernel with one invocation for each of `items`, such as quads.
 struct EachItem {
     const char* kernel;

@@ -57,7 +57,7 @@ WinogradSlices winograd_slices(const vk::Recorder& recorder, const Conv2dDesc& d
     slices.all = desc.n * params.tiles_x * params.tiles_y;
     slices.lanes = cpu ? 8 : vk::workgroup_size(recorder.device(), 64);
     const RegisterTile tile =
-        cpu ? cpu_tile(recorder.device().features, slices.all) : RegisterTile{1, 2, 1};
+        cpu ? cpu_tile(recorder.device().features, slices.all) : RegisterTile{1, 1, 1};
     slices.columns = tile.columns;
     slices.blocks = tile.blocks;
     slices.depth = tile.depth;

@@ -190,23 +190,24 @@ Result<std::string> ViewSource::depth_range_warning() const {
 }
 
 Result<Views> ViewSource::read(std::uint32_t object, std::span<const std::uint32_t> numbers,
-                               std::uint32_t inputs) const {
+                               std::uint32_t inputs, bool levels) const {
     const std::size_t n = numbers.size();
     const std::size_t pixels = std::size_t{resolution()} * resolution();
     Views views;
-    views.images.resize(n * 3 * pixels);
+    views.images.resize(levels ? 0 : n * 3 * pixels);
+    views.levels.resize(levels ? n * 3 * pixels : 0);
     views.view_to_world.resize(16 * n);
     views.quaternions.resize(4 * n);
     views.focals.resize(2 * n);
     Maps maps(network_, n, pixels);
-    const auto wanted = [](std::vector<float>& values) {
-        return values.empty() ? nullptr : values.data();
-    };
+    const auto wanted = [](auto& values) { return values.empty() ? nullptr : values.data(); };
     SPLAT_TRY(
         dataset_->read(object, numbers,
-                       {views.images.data(), wanted(maps.depths), wanted(maps.normals),
+                       {wanted(views.images), wanted(maps.depths), wanted(maps.normals),
                         wanted(maps.masks), views.view_to_world.data(), views.quaternions.data(),
-                        views.focals.data(), maps.distances.data()}));
+                        views.focals.data(), maps.distances.data(), wanted(views.levels)}));
+    for (std::size_t i = 0; levels && i < inputs * 3 * pixels; ++i)
+        views.images.push_back(static_cast<float>(views.levels[i]) / 255.0F);
     for (std::size_t i = 0; i < inputs; ++i) append_input(network_, maps, i, pixels, views);
     for (std::size_t i = 0; i < n; ++i) views.cameras.push_back(camera_of(views, i, resolution()));
     const auto seen = numbers.first(inputs);

@@ -19,6 +19,7 @@ namespace splat::predict {
 struct Views {
     std::vector<float> inputs;                              ///< [n,channels,R,R] of the input views
     std::vector<float> images;                              ///< [n,3,R,R]
+    std::vector<std::uint8_t> levels;                       ///< the same, 0 to 255; or empty
     std::vector<float> view_to_world, quaternions, focals;  ///< see data::ViewArrays
     std::vector<float> embedding,
         tokens;  ///< for the input views, see model::ModelInput; or empty
@@ -59,10 +60,10 @@ class ViewSource {
     [[nodiscard]] std::uint32_t resolution() const { return dataset_->resolution(); }
     [[nodiscard]] data::Dataset& dataset() const { return *dataset_; }
 
-    /// The views with these numbers, in this order; inputs for the first `inputs` of them. Errors: those of
-    /// Dataset::read.
+    /// The views with these numbers, in this order; inputs for the first `inputs` of them. With
+    /// `levels` those are given, and images of the inputs alone. Errors: those of Dataset::read.
     [[nodiscard]] Result<Views> read(std::uint32_t object, std::span<const std::uint32_t> views,
-                                     std::uint32_t inputs) const;
+                                     std::uint32_t inputs, bool levels = false) const;
 
     /// A sentence if a view of the first `objects` objects has a field of view that differs from data.fov by
     /// more than 1 %: the network's rays are not those of its images. Else empty. Errors: those of

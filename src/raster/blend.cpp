@@ -41,16 +41,17 @@ params::BlendParams blend_params(const vk::Recorder& recorder, const RasterDesc&
                             ? kTransmittanceMin
                             : std::nextafter(kTransmittanceMin, 1.0F);
     params.straight_through = desc.original_gradient ? 1 : 0;
-    params.gaussians = desc.gaussians;
+    params.gaussians = desc.ranges.used ? 0 : desc.gaussians;  // see item_of_first() in blend.glsl
     params.part_begin = part.begin;
     params.part_entries = part.entries;
     return params;
 }
 
 vk::Kernels kernels_of(const vk::DeviceInfo& device, vk::Kernels kernels, bool backward) {
-    return backward && kernels == vk::Kernels::kGpu && !device.features.subgroup_arithmetic
-               ? vk::Kernels::kPlain
-               : kernels;
+    const vk::DeviceFeatures& has = device.features;
+    const bool fits =
+        has.subgroup_ballot && (!backward || (has.subgroup_arithmetic && has.subgroup_shuffle));
+    return kernels == vk::Kernels::kGpu && !fits ? vk::Kernels::kPlain : kernels;
 }
 
 /// Pairs that a part walks at most, of all in the window.
@@ -87,12 +88,11 @@ std::uint32_t part_entries(vk::Context& context, bool backward) {
     const vk::Kernels kernels =
         kernels_of(device.info(), device.kernels(vk::Family::kBlend), backward);
     // The most on lavapipe, which ends loops after 65535 turns: kernels for CPUs take up to 2 for 8 entries forward and
-    // 33 backward, those for GPUs 34 for each backward, with 8 lanes. 4096 of plain ones take it 0.2 s backward.
-    std::uint32_t most = kernels == vk::Kernels::kGpu   ? 16384
-                         : kernels == vk::Kernels::kCpu ? (backward ? 62 * kTilePixels : 65536)
-                                                        : 4096;
-    if (kernels == vk::Kernels::kGpu && backward && device.info().kind == vk::DeviceKind::kCpu)
-        most = 1024;
+    // 33 backward, those for GPUs 9 and 42 for 6 backward, with 8 lanes. 4096 of plain ones take it 0.2 s backward.
+    const std::uint32_t most = kernels == vk::Kernels::kGpu ? (backward ? 8192 : 16384)
+                               : kernels == vk::Kernels::kCpu
+                                   ? (backward ? 62 * kTilePixels : 65536)
+                                   : 4096;
     const vk::Work work = backward ? backward_work(most, 0) : forward_work(most, 0);
     const double seconds =
         estimated_seconds(device.info(), kernels, work) * blend_pace(context, backward).factor;
@@ -104,7 +104,8 @@ std::uint32_t part_entries(vk::Context& context, bool backward) {
 Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                      const BlendViews& views, std::uint64_t pairs_estimate, bool normals,
                      const ListPart& part) {
-    const vk::Kernels kernels = recorder.kernels(vk::Family::kBlend);
+    const vk::Kernels kernels =
+        kernels_of(recorder.device(), recorder.kernels(vk::Family::kBlend), false);
     const bool cpu = kernels == vk::Kernels::kCpu;
     const std::uint32_t quarters = cpu ? 4 : 1;
     const double pairs = pairs_of(desc, window, part, pairs_estimate);
@@ -114,9 +115,10 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
         {params::kBlendNormalsId, normals ? 1U : 0U},
         {params::kBlendSizesId, desc.view_sizes ? 1U : 0U},
         {params::kBlendIdsId, desc.ids && !normals ? 1U : 0U}};
-    if (kernels != vk::Kernels::kPlain)
+    if (kernels != vk::Kernels::kPlain) {
         constants.push_back({params::kBlendEarlyOutId, desc.skips.early_out ? 1U : 0U});
-    if (cpu) constants.push_back({params::kBlendSkipBlocksId, desc.skips.blocks ? 1U : 0U});
+        constants.push_back({params::kBlendSkipBlocksId, desc.skips.blocks ? 1U : 0U});
+    }
     std::vector<vk::Access> accesses = {vk::read(views.splats),      vk::read(views.pairs),
                                         vk::read(views.normals),     vk::read(views.ranges),
                                         vk::read(views.background),  vk::read_write(views.image),
@@ -157,10 +159,14 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
     for (std::size_t i = 1; i < records.sums.size(); ++i)
         accesses.push_back(vk::write(records.sums[i]));
     if (part.of_long_lists) constants.push_back({params::kBlendPartsId, 1});
-    if (kernels != vk::Kernels::kPlain)
+    if (kernels != vk::Kernels::kPlain) {
         constants.push_back({params::kBlendEarlyOutId, desc.skips.early_out ? 1U : 0U});
-    if (cpu) {
         constants.push_back({params::kBlendSkipBlocksId, desc.skips.blocks ? 1U : 0U});
+    }
+    if (kernels == vk::Kernels::kGpu)
+        constants.push_back(
+            {params::kBlendMaxSubgroupsId, recorder.device().limits.subgroups(kTilePixels)});
+    if (cpu) {
         constants.push_back({params::kBlendStraightThroughId, desc.original_gradient ? 1U : 0U});
         accesses.push_back(vk::read(views.order));
     }

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "core/checked_math.h"
+#include "params/project_params.h"
+#include "raster/project.h"
 #include "raster_constants.h"
 #include "scene/camera_pose.h"
 
@@ -90,6 +94,55 @@ Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& cam
     return packed;
 }
 
+/// A range of a call, once.
+struct SeenRange {
+    Range range;
+    std::uint32_t layer;
+    std::size_t last;  ///< view that sees it
+};
+
+/// True if both hold a Gaussian.
+bool overlap(const Range& a, const Range& b) {
+    return std::max(a.first, b.first) <
+           std::min(std::uint64_t{a.first} + a.count, std::uint64_t{b.first} + b.count);
+}
+
+/// Layer of a range that comes after those `seen`: behind all that it overlaps.
+std::uint32_t layer_of(const Range& range, const std::vector<SeenRange>& seen) {
+    std::uint32_t layer = 0;
+    for (const SeenRange& before : seen)
+        if (overlap(range, before.range)) layer = std::max(layer, before.layer + 1);
+    return layer;
+}
+
+/// Link the views that see the same range, and give each range its layer. Those of a layer are disjoint, so their sizes
+/// tell whether the first holds all Gaussians.
+void link_views(std::span<const Range> ranges, std::uint32_t gaussians, PackedViews& views) {
+    std::vector<SeenRange> seen;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> places;
+    std::uint64_t covered = 0;
+    for (std::size_t v = 0; v < ranges.size(); ++v) {
+        const auto [at, fresh] =
+            places.try_emplace({ranges[v].first, ranges[v].count}, seen.size());
+        std::uint32_t* row = &views.view_ranges[v * params::kRangeWords];
+        row[params::kRangeNext] = static_cast<std::uint32_t>(ranges.size());
+        row[params::kRangeLayer] = ~0U;
+        if (!fresh) {
+            SeenRange& same = seen[at->second];
+            views.view_ranges[same.last * params::kRangeWords + params::kRangeNext] =
+                static_cast<std::uint32_t>(v);
+            same.last = v;
+            continue;
+        }
+        const std::uint32_t layer = layer_of(ranges[v], seen);
+        row[params::kRangeLayer] = layer;
+        views.ranges.layers = std::max(views.ranges.layers, layer + 1);
+        if (layer == 0) covered += ranges[v].count;
+        seen.push_back({ranges[v], layer, v});
+    }
+    views.ranges.covers = covered == gaussians;
+}
+
 }  // namespace
 
 Result<PackedViews> pack_views(const RasterDesc& desc, std::span<const scene::Camera> cameras,
@@ -126,6 +179,55 @@ Status mask_tiles(const RasterDesc& desc, std::span<const std::uint8_t> active,
         if (active[i] != 0)
             views.active_tiles[i / row * words + i % row / 32] |= 1U << (i % row % 32);
     return {};
+}
+
+Status see_ranges(const vk::DeviceInfo& device, const RasterDesc& desc, std::uint32_t gaussians,
+                  std::span<const Range> ranges, PackedViews& views) {
+    if (ranges.size() != views.count())
+        return invalid("rasterizer: ranges of %zu views, expected %u", ranges.size(),
+                       views.count());
+    const std::uint32_t size = projection_group(device);
+    PackedViews made = views;
+    made.view_ranges.assign(ranges.size() * params::kRangeWords, 0);
+    made.ranges = {.used = !ranges.empty()};
+    made.items = 0;
+    for (std::size_t v = 0; v < ranges.size(); ++v) {
+        const auto [first, count] = ranges[v];
+        const std::uint64_t end = std::uint64_t{first} + count;
+        if (end > gaussians)
+            return invalid("rasterizer: view %zu sees Gaussians %u to %llu, but there are %u", v,
+                           first, llu(end), gaussians);
+        std::uint32_t* row = &made.view_ranges[v * params::kRangeWords];
+        row[params::kRangeFirst] = first;
+        row[params::kRangeCount] = count;
+        row[params::kRangeItems] = static_cast<std::uint32_t>(made.items);
+        row[params::kRangeGroups] = made.ranges.groups;
+        const std::int64_t shift = std::int64_t{first} - static_cast<std::int64_t>(made.items);
+        made.background[4 * (v + 1) + 2] = static_cast<float>(shift >> 12);
+        made.background[4 * (v + 1) + 3] = static_cast<float>(shift & 4095);
+        made.items += count;
+        made.ranges.groups +=
+            static_cast<std::uint32_t>(ceil_div(std::uint64_t{count}, std::uint64_t{size}));
+        made.ranges.end = std::max(made.ranges.end, static_cast<std::uint32_t>(end));
+        if (made.items > desc.items())
+            return invalid(
+                "rasterizer: the ranges of views 0 to %zu hold %llu Gaussians, but it was made for "
+                "%llu",
+                v, llu(made.items), llu(desc.items()));
+    }
+    link_views(ranges, gaussians, made);
+    views = std::move(made);
+    return {};
+}
+
+Status check_items(const RasterDesc& desc, std::uint32_t gaussians, const PackedViews& views) {
+    const std::uint64_t items =
+        views.ranges.used ? views.items : std::uint64_t{gaussians} * views.count();
+    if (items <= desc.items()) return {};
+    return invalid(
+        "rasterizer: %u Gaussians in %u views, but it was made for at most %llu items (a Gaussian "
+        "in a view)",
+        gaussians, views.count(), llu(desc.items()));
 }
 
 }  // namespace splat::raster

@@ -5,7 +5,10 @@
 
 namespace splat::raster {
 
-/// What the projection writes for each item (view * N + Gaussian).
+/// Gaussians that a workgroup of the projection computes, each of one view.
+std::uint32_t projection_group(const vk::DeviceInfo& device);
+
+/// What the projection writes for each item (view * N + Gaussian; with ranges, those of the views one after the other).
 struct ItemViews {
     vk::BufferView splats;      ///< [V*N,3] quads: see shaders/raster/project_forward.comp
     vk::BufferView counts;      ///< [V*N] uint32: tiles
@@ -20,6 +23,7 @@ struct CallViews {
     vk::BufferView cameras;       ///< [V,kCameraQuads] quads
     vk::BufferView background;    ///< [1+V] quads: RGB; width and height of each view
     vk::BufferView active_tiles;  ///< [V,desc.mask_words()] uint32, unread unless desc.tile_mask
+    vk::BufferView ranges;        ///< [V,kRangeWords] uint32, unread unless desc.ranges.used
 };
 
 /// Project and cull Gaussians, count their tiles in the window, and evaluate the colours of those
@@ -34,7 +38,7 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
 
 /// Compute the normal of each Gaussian that reaches a tile, in camera coordinates, as [V*N] quads.
 Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SetViews& scene,
-                       const vk::BufferView& cameras, const ItemViews& items,
+                       const CallViews& call, const ItemViews& items,
                        const vk::BufferView& normals);
 
 /// Records of the blending's backward pass, one per pair: three quads and, with desc.contributions, a
@@ -61,23 +65,23 @@ struct ProjectionGradients {
 std::uint64_t pose_partial_bytes(const vk::DeviceInfo& device, const RasterDesc& desc);
 
 /// Sum the records into gradients of the Gaussians, their colours and the cameras. With
-/// `accumulate`, add them to the values already there.
+/// `accumulate`, add them to the values already there. Gaussians that no view sees get 0.
 ///
 /// Errors       the recorder's
 /// Determinism  bit-exact for any thread count: records are summed in their order
 /// Source       shaders/include/projection_backward.glsl; derived in tests/ref/project_ref.h
 Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const SetViews& scene,
-                        const vk::BufferView& cameras, const ItemViews& items,
-                        const RecordViews& records, const SetViews& gradients,
-                        const ProjectionGradients& projection, bool accumulate);
+                        const CallViews& call, const ItemViews& items, const RecordViews& records,
+                        const SetViews& gradients, const ProjectionGradients& projection,
+                        bool accumulate);
 
 /// Sum the weights of each Gaussian, and count the pixels that see it, over all views, from the
 /// records: contributions [N,2] float32. With `accumulate`, add them to the values already there.
 ///
 /// Determinism  bit-exact for any thread count: records are summed in their order
-Status sum_contributions(vk::Recorder& recorder, const RasterDesc& desc, const ItemViews& items,
-                         const RecordViews& records, const vk::BufferView& contributions,
-                         bool accumulate);
+Status sum_contributions(vk::Recorder& recorder, const RasterDesc& desc, const CallViews& call,
+                         const ItemViews& items, const RecordViews& records,
+                         const vk::BufferView& contributions, bool accumulate);
 
 /// Conics [items,3] from the splats [items,3] quads and the radii [items,2] of the projection: a,
 /// b, c of exp(-(a x^2 + c y^2)/2 - b x y), or zeros where the item is culled.

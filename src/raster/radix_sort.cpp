@@ -33,14 +33,15 @@ struct Plan {
 /// How kernels share entries among lanes (or workgroups): the least and the most lanes, the entries
 /// per lane in between, and the most that one lane can take (turns of its loop, 16 bits of a rank).
 /// On CPU devices one workgroup sums the counts of all chunks, so fewer are faster; 128 chunks keep
-/// 16 threads busy, as a workgroup counts 8.
+/// 16 threads busy, as a workgroup counts 8. On GPUs a workgroup sums those of a digit in quads, so there are at least
+/// four, and short chunks keep many of them busy.
 struct Sharing {
     std::uint32_t least, most, chunk, longest;
 };
 
 Sharing sharing_of(vk::Kernels kernels) {
     if (kernels == vk::Kernels::kCpu) return {16, 128, 4096, 1U << 16};
-    if (kernels == vk::Kernels::kGpu) return {1, 4096, 4096, vk::kMaxTurns};
+    if (kernels == vk::Kernels::kGpu) return {4, 4096, 1024, vk::kMaxTurns};
     return {32, 4096, 128, vk::kMaxTurns};
 }
 
@@ -54,7 +55,7 @@ Plan plan_for(const vk::Recorder& recorder, const RadixSortDesc& desc) {
     Plan plan{};
     plan.group = vk::workgroup_size(recorder.device(), gpu ? 128 : plain ? 32 : 8);
     plan.passes = (bits + most_bits - 1) / most_bits;
-    plan.ranged = !gpu && bits == 32;
+    plan.ranged = bits == 32;
     plan.digit_bits = plan.ranged ? most_bits : (bits + plan.passes - 1) / plan.passes;
     plan.chunk = sharing.chunk;
     const std::uint32_t wanted = std::bit_ceil(std::max(desc.capacity / plan.chunk, 1U));
@@ -116,6 +117,7 @@ Status key_range(vk::Recorder& recorder, const Plan& plan, const RadixSortDesc& 
         .accesses = {vk::read(views.input), vk::read(views.count), vk::read_write(views.range)},
         .groups = {plan.groups, 1, 1},
         .work = {.flops = double{2} * desc.capacity, .bytes = double{8} * desc.capacity},
+        .kernels = recorder.kernels(vk::Family::kSort),
     });
 }
 
@@ -149,10 +151,9 @@ Pass pass_of(const Plan& plan, const RadixSortDesc& desc, const Arrays& views, s
 Status count_digits(vk::Recorder& recorder, const Plan& plan, const Arrays& views,
                     const Pass& pass) {
     const vk::Kernels kernels = recorder.kernels(vk::Family::kSort);
-    std::vector<vk::Access> accesses = {vk::read(pass.input), vk::read(pass.entries),
-                                        vk::read(views.count), vk::read(views.kept),
-                                        vk::write(views.table)};
-    if (kernels != vk::Kernels::kGpu) accesses.push_back(vk::read(views.range));
+    std::vector<vk::Access> accesses = {vk::read(pass.input),   vk::read(pass.entries),
+                                        vk::read(views.count),  vk::read(views.kept),
+                                        vk::write(views.table), vk::read(views.range)};
     if (kernels == vk::Kernels::kCpu) accesses.push_back(vk::write(views.ranks));
     return recorder.dispatch({
         .op = "radix_sort",
@@ -166,8 +167,18 @@ Status count_digits(vk::Recorder& recorder, const Plan& plan, const Arrays& view
     });
 }
 
+/// Invocations of a GPU's workgroup that sums the counts of one digit, up to 16 each.
+std::uint32_t row_group(const vk::Recorder& recorder, const Plan& plan) {
+    return vk::workgroup_size(recorder.device(), std::clamp(plan.lanes / 4, 64U, 256U));
+}
+
 Status sum_counts(vk::Recorder& recorder, const Plan& plan, const Arrays& views, const Pass& pass) {
     const bool cpu = recorder.kernels(vk::Family::kSort) == vk::Kernels::kCpu;
+    const bool gpu = recorder.kernels(vk::Family::kSort) == vk::Kernels::kGpu;
+    const std::uint32_t bins = 1U << plan.digit_bits;
+    const std::uint32_t bins_each = cpu ? bins : gpu ? 1 : plan.group;
+    std::vector<vk::SpecConstant> constants = pass.constants;
+    if (gpu) constants.front().value = row_group(recorder, plan);
     std::vector<vk::Access> accesses = {vk::read_write(views.table), vk::write(views.totals),
                                         vk::read(views.count), vk::read(views.kept),
                                         vk::read(views.range)};
@@ -177,10 +188,10 @@ Status sum_counts(vk::Recorder& recorder, const Plan& plan, const Arrays& views,
     return recorder.dispatch({
         .op = "radix_sort",
         .shader = "radix_sort_spine",
-        .constants = pass.constants,
+        .constants = constants,
         .push = pass.params,
         .accesses = accesses,
-        .groups = {cpu ? 1 : ((1U << plan.digit_bits) + plan.group - 1) / plan.group, 1, 1},
+        .groups = {(bins + bins_each - 1) / bins_each, 1, 1},
         .work = {.flops = pass.table / 4, .bytes = 2 * pass.table},
         .kernels = recorder.kernels(vk::Family::kSort),
     });
@@ -198,8 +209,8 @@ Status move_entries(vk::Recorder& recorder, const Plan& plan, const Arrays& view
                                         vk::read(cpu ? views.ranks : views.totals),
                                         vk::read(pass.seconds),
                                         vk::write(pass.entries_out),
-                                        vk::write(pass.seconds_out)};
-    if (kernels != vk::Kernels::kGpu) accesses.push_back(vk::read(views.range));
+                                        vk::write(pass.seconds_out),
+                                        vk::read(views.range)};
     return recorder.dispatch({
         .op = "radix_sort",
         .shader = "radix_sort_downsweep",

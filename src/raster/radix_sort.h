@@ -14,7 +14,7 @@ struct RadixSortDesc {
     bool second = false;          ///< there is a second value; key_bits < 32
 };
 
-/// Most entries: one invocation sums the counters of all chunks in one loop. On CPU devices these
+/// Most entries: plain kernels sum the counters of all chunks in one loop of an invocation. On CPU devices these
 /// are 2048 chunks of 2^16 entries (8 chunks a turn, twice for every 32 of 512 digits), elsewhere
 /// 8192 of 2^14.
 inline constexpr std::uint32_t kMaxSorted = 1U << 27;

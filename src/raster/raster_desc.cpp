@@ -17,6 +17,7 @@ std::uint32_t RasterDesc::flags() const {
     if (skips.cull) flags |= params::kFlagCull;
     if (view_sizes) flags |= params::kFlagViewSizes;
     if (tile_mask) flags |= params::kFlagTileMask;
+    if (ranges.used) flags |= params::kFlagRanges;
     return flags;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "gaussians/gaussian_set.h"
@@ -24,11 +25,22 @@ struct Skips {
     bool cull = true;       ///< do not sort Gaussians that reach no tile: between pixel centres,
                             ///< too faint or, antialiased, too small; what the convention culls
                             ///< is never sorted
-    bool blocks = true;     ///< list entries that a block of 8 x 8 pixels cannot see, in both
-                            ///< passes; only kernels for CPUs have blocks
+    bool blocks = true;     ///< list entries that a block of pixels of a tile cannot see, in both
+                            ///< passes; the plain kernels have no blocks
     bool early_out = true;  ///< blending ends when every pixel has stopped, in both passes; the
                             ///< plain kernels walk whole lists
     bool unchanged = true;  ///< forward does nothing if scene, cameras and background stay
+};
+
+/// Ranges of the Gaussians that the views of a call see, as far as command lists depend on them; see see_ranges().
+struct RangePlan {
+    bool used = false;
+    std::uint32_t groups = 0;  ///< workgroups of the projection, of all views
+    std::uint32_t layers = 0;  ///< ranges that overlap lie in different ones
+    bool covers = false;       ///< ranges of the first layer hold all Gaussians
+    std::uint32_t end = 0;     ///< Gaussians that the set has at least
+
+    bool operator==(const RangePlan&) const = default;
 };
 
 /// What to rasterize: a set and views of it. Fixed for the life of a Rasterizer, for which the numbers of Gaussians
@@ -53,9 +65,14 @@ struct RasterDesc : gaussians::SetDesc {
     bool ids = false;            ///< draw the Gaussian of the largest weight, too; needs extra
     bool view_sizes = false;     ///< views are smaller; a Rasterizer sets it for each call
     bool tile_mask = false;      ///< tiles are off; a Rasterizer sets it for each call
+    RangePlan ranges;            ///< what views see; a Rasterizer sets it for each call
+    /// Most items (a Gaussian in a view) of a call, if fewer than all in all views. Of a call with ranges: their sum.
+    std::uint64_t most_items = ~std::uint64_t{0};
     Skips skips;
 
-    [[nodiscard]] std::uint64_t items() const { return std::uint64_t{gaussians} * views; }
+    [[nodiscard]] std::uint64_t items() const {
+        return std::min(std::uint64_t{gaussians} * views, most_items);
+    }
     [[nodiscard]] std::uint64_t pixels() const { return std::uint64_t{width} * height * views; }
     [[nodiscard]] std::uint32_t tiles_x() const { return (width + 15) / 16; }
     [[nodiscard]] std::uint32_t tiles_y() const { return (height + 15) / 16; }

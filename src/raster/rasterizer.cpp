@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/checked_math.h"
+#include "core/log.h"
 #include "params/tile_bin_params.h"
 #include "raster_constants.h"
 
@@ -118,6 +119,7 @@ Status Rasterizer::upload(PackedViews views) {
     SPLAT_TRY(write(space_.cameras, views.cameras));
     SPLAT_TRY(write(space_.background, views.background));
     SPLAT_TRY(write(space_.active_tiles, views.active_tiles));
+    SPLAT_TRY(write(space_.view_ranges, views.view_ranges));
     uploaded_ = std::move(views);
     return {};
 }
@@ -130,7 +132,8 @@ Status Rasterizer::run_forward(std::uint64_t& needed, std::uint64_t& all) {
         const double factor = pace.factor;
         SPLAT_TRY(context_.run(forward_[pass]));
         std::array<std::uint32_t, params::kStatWords> words{};
-        SPLAT_TRY(context_.read(space_.stats.range(), words.data(), sizeof words));
+        const vk::Buffer& stats = space_.seen_stats.bytes() > 0 ? space_.seen_stats : space_.stats;
+        SPLAT_TRY(context_.read(stats.range(), words.data(), sizeof words));
         sum.visible = std::max<std::uint64_t>(sum.visible, words[params::kStatVisible]);
         sum.non_finite = std::max<std::uint64_t>(sum.non_finite, words[params::kStatNotFinite]);
         sum.pairs += words[params::kStatPairs];
@@ -183,7 +186,10 @@ Status Rasterizer::grow(std::uint64_t needed) {
         return {};
     }
     const std::uint64_t wanted = std::min(needed + needed / 4, most);
-    return space_.allocate_pairs(context_, desc_, static_cast<std::uint32_t>(wanted));
+    const Status grown = space_.allocate_pairs(context_, desc_, static_cast<std::uint32_t>(wanted));
+    if (grown.code() != Code::kOutOfDeviceMemory || wanted == needed) return grown;
+    log(LogLevel::kInfo, "pairs get no room to grow: " + grown.message());
+    return space_.allocate_pairs(context_, desc_, static_cast<std::uint32_t>(needed));
 }
 
 /// Record the lists of a call. On failure the latest call's stay.
@@ -209,11 +215,16 @@ Status Rasterizer::forward(const SetViews& scene, const PackedViews& views) {
         return invalid("rasterizer: %u Gaussians, but it was made for at most %u", desc.gaussians,
                        desc_.gaussians);
     SPLAT_ASSERT(desc.views <= desc_.views);
+    SPLAT_TRY(check_items(desc_, desc.gaussians, views));
+    SPLAT_ASSERT(views.ranges.end <= desc.gaussians);
     // By this call alone: a driver may round another way in kernels specialised otherwise.
     desc.view_sizes = views.smaller;
     desc.tile_mask = !views.active_tiles.empty();
+    desc.ranges = views.ranges;
+    if (desc.ranges.used) desc.most_items = views.items;
     const bool resized = desc.gaussians != now_.gaussians || desc.views != now_.views ||
-                         desc.view_sizes != now_.view_sizes || desc.tile_mask != now_.tile_mask;
+                         desc.view_sizes != now_.view_sizes || desc.tile_mask != now_.tile_mask ||
+                         desc.ranges != now_.ranges || desc.items() != now_.items();
     const bool moved = views != uploaded_;
     if (desc_.skips.unchanged && valid_ && !moved && scene.version != 0 &&
         scene.version == scene_.version && scene.same_memory(scene_)) {

@@ -7,7 +7,8 @@ TileRanges Rasterizer::tile_views() const {
 }
 
 CallViews Rasterizer::call_views() const {
-    return {space_.cameras.range(), space_.background.range(), space_.active_tiles.range()};
+    return {space_.cameras.range(), space_.background.range(), space_.active_tiles.range(),
+            space_.view_ranges.range()};
 }
 
 BlendViews Rasterizer::blend_views(const Window& window) const {
@@ -59,7 +60,8 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SetViews& s
                         .pair_count = space_.pair_count.range(),
                         .stats = space_.stats.range(),
                         .background = space_.background.range(),
-                        .active_tiles = space_.active_tiles.range()}));
+                        .active_tiles = space_.active_tiles.range(),
+                        .view_ranges = space_.view_ranges.range()}));
     SPLAT_TRY(
         radix_sort(recorder, by_tile,
                    {.input = space_.pairs.entries[1].range(),
@@ -81,7 +83,7 @@ Status Rasterizer::record_blend(vk::Recorder& recorder, const SetViews& scene,
     SPLAT_TRY(blend_forward(recorder, now_, window, views, pairs, false, {entries_}));
     if (!now_.normals) return {};
     if (now_.items() == 0) return recorder.fill(space_.normal_image.range(), 0);
-    SPLAT_TRY(project_normals(recorder, now_, scene, space_.cameras.range(), space_.items(),
+    SPLAT_TRY(project_normals(recorder, now_, scene, call_views(), space_.items(),
                               space_.normals.range()));
     views.image = space_.normal_image.range();
     return blend_forward(recorder, now_, window, views, pairs, true, {entries_});
@@ -128,6 +130,8 @@ Status Rasterizer::record_forward(const SetViews& scene) {
                                   space_.kept_pairs.range(), tile_views()));
             SPLAT_TRY(record_blend(recorder, scene, window));
         }
+        if (space_.seen_stats.bytes() > 0)
+            SPLAT_TRY(recorder.copy(space_.stats.range(), space_.seen_stats.range()));
         SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
         SPLAT_TRY(context_.make_ready(list));
         lists.push_back(std::move(list));
@@ -159,12 +163,12 @@ Status Rasterizer::record_backward(const vk::BufferView& grad_image,
                 SPLAT_TRY(blend_back({backward_entries_, true, static_cast<std::uint32_t>(begin)},
                                      space_.capacity));
             }
-            SPLAT_TRY(project_backward(recorder, now_, scene_, space_.cameras.range(),
-                                       space_.items(), space_.records(), gradients,
-                                       space_.projection(), pass > 0));
+            SPLAT_TRY(project_backward(recorder, now_, scene_, call_views(), space_.items(),
+                                       space_.records(), gradients, space_.projection(), pass > 0));
             if (now_.contributions)
-                SPLAT_TRY(sum_contributions(recorder, now_, space_.items(), space_.records(),
-                                            space_.contributions.range(), pass > 0));
+                SPLAT_TRY(sum_contributions(recorder, now_, call_views(), space_.items(),
+                                            space_.records(), space_.contributions.range(),
+                                            pass > 0));
         } else {
             SPLAT_TRY(recorder.fill(space_.pose.range(), 0));
             SPLAT_TRY(recorder.fill(space_.intrinsics.range(), 0));

@@ -13,6 +13,9 @@ namespace splat::raster {
 namespace {
 
 constexpr std::uint32_t kBinGroup = 64;
+/// Scans on GPUs take 16 entries an invocation.
+constexpr std::uint32_t kScanGroup = 256;
+constexpr std::uint32_t kScanChunk = 16 * kScanGroup;
 constexpr std::uint32_t kMaxOrderedTiles = 512;
 
 /// Most entries of a chunk on CPU devices, where a workgroup of 8 lanes walks it and lavapipe ends
@@ -39,6 +42,7 @@ params::TileBinParams params_of(const vk::Recorder& recorder, const RasterDesc& 
     params.row_begin = window.row_begin;
     params.row_end = window.row_end;
     params.tiles = tiles_of(desc, window);
+    params.views = desc.views;
     return params;
 }
 
@@ -56,9 +60,10 @@ std::uint64_t large_share(const vk::Recorder& recorder, const RasterDesc& desc,
 /// `emit` decides.
 Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
                    const TileBinViews& views, bool by_index) {
-    const bool cpu = recorder.kernels(vk::Family::kSort) == vk::Kernels::kCpu;
-    const std::uint32_t group = vk::workgroup_size(recorder.device(), 8);
-    const vk::Groups groups = {params.lanes / group, 1, 1};
+    const vk::Kernels kernels = recorder.kernels(vk::Family::kSort);
+    const bool cpu = kernels == vk::Kernels::kCpu, gpu = kernels == vk::Kernels::kGpu;
+    const std::uint32_t group = gpu ? kScanGroup : vk::workgroup_size(recorder.device(), 8);
+    const vk::Groups groups = {gpu ? params.lanes : params.lanes / group, 1, 1};
     const std::vector<vk::SpecConstant> constants = {
         {params::kWorkgroupSizeId, group}, {params::kTileBinByIndexId, by_index ? 1U : 0U}};
     const double items = params.items;
@@ -73,18 +78,19 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
         .accesses = accesses,
         .groups = cpu ? vk::Groups{params.lanes, 1, 1} : groups,
         .work = {.flops = items, .bytes = (by_index ? 4 : 16) * items},
-        .kernels = recorder.kernels(vk::Family::kSort),
+        .kernels = kernels,
     }));
     if (cpu && !by_index) return {};
     SPLAT_TRY(recorder.dispatch({
         .op = "tile_bin",
         .shader = "tile_bin_scan",
-        .constants = {{params::kWorkgroupSizeId, 1},
+        .constants = {{params::kWorkgroupSizeId, gpu ? group : 1},
                       {params::kTileBinByIndexId, by_index ? 1U : 0U}},
         .push = params,
         .accesses = {vk::read_write(views.sums), vk::read(views.sorted), vk::write(views.stats),
                      vk::write(views.pair_count)},
         .work = {.flops = double{1} * params.lanes, .bytes = 8.0 * params.lanes},
+        .kernels = kernels,
     }));
     return recorder.dispatch({
         .op = "tile_bin",
@@ -95,6 +101,7 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
                      vk::read(views.sums), vk::write(by_index ? views.slot_begins : views.begins)},
         .groups = groups,
         .work = {.flops = items, .bytes = 8 * items},
+        .kernels = kernels,
     });
 }
 
@@ -133,9 +140,11 @@ Status emit(vk::Recorder& recorder, const RasterDesc& desc, params::TileBinParam
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc) {
     // Chunks have 64 entries or more, so that one invocation can scan their sums; on CPU devices,
-    // where each is a workgroup, 256 or more.
+    // where each is a workgroup, 256 or more. GPUs read sums in quads.
     const bool cpu = recorder.kernels(vk::Family::kSort) == vk::Kernels::kCpu;
     const auto items = static_cast<std::uint32_t>(std::max<std::uint64_t>(desc.items(), 1));
+    if (recorder.kernels(vk::Family::kSort) == vk::Kernels::kGpu)
+        return (items + 4 * kScanChunk - 1) / (4 * kScanChunk) * 4;
     const auto least = std::bit_ceil(static_cast<std::uint32_t>(
         ceil_div(std::uint64_t{items}, cpu ? kMaxChunk : vk::kMaxTurns)));
     const std::uint32_t most = cpu ? 512 : 4096;
@@ -170,7 +179,7 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
         .accesses = {vk::read(views.splats), vk::read(views.large), vk::read(views.slot_begins),
                      vk::read(views.stats), vk::read(views.footprints), vk::write(views.counts),
                      vk::write(views.pairs), vk::write(views.slots), vk::read(views.background),
-                     vk::read(views.active_tiles)},
+                     vk::read(views.active_tiles), vk::read(views.view_ranges)},
         .groups = large_groups,
         .work = {.flops = 20 * items, .bytes = 12.0 * bin.capacity},
     });

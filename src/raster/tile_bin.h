@@ -27,7 +27,7 @@ struct TileBinViews {
                                  ///< CPUs), then items with large footprints and their first pairs
     vk::BufferView pair_count;   ///< uint32, out: pairs made
     vk::BufferView stats;        ///< kStatWords uint32, in place: kStatLarge is 0 before
-    vk::BufferView background, active_tiles;  ///< see CallViews
+    vk::BufferView background, active_tiles, view_ranges;  ///< see CallViews
 };
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc);

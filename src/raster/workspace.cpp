@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/checked_math.h"
+#include "params/project_params.h"
 #include "params/tile_bin_params.h"
 
 namespace splat::raster {
@@ -54,6 +55,8 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&cameras, "cameras", std::uint64_t{16} * kCameraQuads * desc.views},
                            {&background, "background", 16 + std::uint64_t{16} * desc.views},
                            {&active_tiles, "active tiles", 4 * desc.mask_words() * desc.views},
+                           {&view_ranges, "ranges of views",
+                            std::uint64_t{4} * params::kRangeWords * desc.views},
                            {&item_keys, "depth keys", sorted_items},
                            {&item_order[0], "depth order", sorted_items},
                            {&item_order[1], "depth order", sorted_items},
@@ -77,6 +80,10 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&intrinsics, "intrinsics gradient", std::uint64_t{16} * desc.views},
                            {&contributions, "contributions",
                             desc.contributions ? std::uint64_t{8} * desc.gaussians : 16}}));
+    if (vk::Memory::host(stats.range()) == nullptr) {
+        SPLAT_ASSIGN(seen_stats, context.memory().allocate(stats.bytes(), vk::MemoryKind::kStaging,
+                                                           "raster statistics"));
+    }
     SPLAT_ASSIGN(item_sort,
                  allocate_radix_sort(context, {.capacity = static_cast<std::uint32_t>(items)}));
     item_bytes_ += item_sort.bytes();

@@ -20,7 +20,7 @@ class Workspace {
     /// both might not fit. On failure there are no pair arrays, and the capacity is 0.
     Status allocate_pairs(vk::Context& context, const RasterDesc& desc, std::uint32_t capacity);
 
-    /// Size of all buffers.
+    /// Size of all buffers but seen_stats, which is the host's.
     [[nodiscard]] std::uint64_t bytes() const { return item_bytes_ + pair_bytes_; }
 
     /// Most pairs for which each array fits one binding.
@@ -28,10 +28,13 @@ class Workspace {
 
     std::uint32_t capacity = 0;
 
-    vk::Buffer splats, counts, radii, footprints, begins, large, cameras, background, active_tiles;
+    vk::Buffer splats, counts, radii, footprints, begins, large, cameras, background, active_tiles,
+        view_ranges;
     vk::Buffer item_keys, item_order[2], item_count, sorted, sums, stats, pair_count, kept_pairs;
     vk::Buffer ranges, order, image, state, extra, normals, normal_image, exported, pose,
         intrinsics, contributions;
+    vk::Buffer
+        seen_stats;  ///< what lists copy `stats` to for the host, where it does not see those; else empty
     RadixSortWorkspace item_sort;
     struct Pairs {
         vk::Buffer entries[2], slots[2];

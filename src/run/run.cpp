@@ -96,7 +96,7 @@ Status Run::next(Event& event) {
 Status Run::work(Event& event) {
     if (untold_) return tell(event);
     event = {};
-    event.attempts = task_->progress().attempts;
+    event.attempts = attempts_;
     event.step = step_;
     event.iterations = plan_.iterations;
     event.skipped = skipped_;
@@ -114,6 +114,7 @@ Status Run::work(Event& event) {
     }
     if (skipped_in_a_row_ == kMostSkipped) return end(EventKind::kNotFinite, event);
     if (not_drawn_in_a_row_ == 10 * kMostNotDrawn) return end(EventKind::kNothingDrawn, event);
+    if (!done_.empty() || task_->progress().attempts > attempts_) return step(event);
     const bool last = step_ >= plan_.iterations;
     const bool interrupted = interrupt_.count() != raised_before_;
     const bool save_now = step_ == 0 || last || interrupted || is_nth(step_, plan_.save_every);
@@ -140,25 +141,43 @@ Status Run::tell(Event& event) {
 }
 
 Status Run::step(Event& event) {
-    const Stopwatch begins;
-    Step done;
-    SPLAT_TRY(task_->step(done));
-    if (!begun_) begun_ = begins;
+    if (done_.empty()) {
+        const Stopwatch begins;
+        const Status ran = task_->step(most_steps(), done_);
+        if (!begun_ && !done_.empty()) begun_ = begins;
+        each_seconds_ =
+            begins.seconds() / static_cast<double>(std::max<std::size_t>(done_.size(), 1));
+        // Another error comes again after the steps before it.
+        if (!ran.ok() && (done_.empty() || ran.code() == Code::kCancelled)) return ran;
+    }
+    SPLAT_ASSERT(!done_.empty());
+    const Step done = std::move(done_.front());
+    done_.pop_front();
     return after_step(done, event);
 }
 
+/// Updates until something else is due, or until as many drew nothing as end the run. A step that is skipped is no
+/// update, so as many steps do not go beyond that.
+std::uint64_t Run::most_steps() const {
+    std::uint64_t most = 10 * kMostNotDrawn - not_drawn_in_a_row_;
+    most = std::min(most, plan_.iterations - std::min(step_, plan_.iterations - 1));
+    for (const std::uint64_t every :
+         {plan_.save_every, plan_.pieces > 0 ? plan_.validate_every : 0})
+        if (every > 0) most = std::min(most, every - step_ % every);
+    return most;
+}
+
 Status Run::after_step(const Step& done, Event& event) {
-    const Progress progress = task_->progress();
     event.kind = EventKind::kStep;
-    event.attempts = progress.attempts;
-    event.peak_bytes = task_->peak_bytes();
-    event.seconds = seconds();
+    event.attempts = attempts_ = done.progress.attempts;
+    event.peak_bytes = done.peak_bytes;
+    event.seconds = seconds() - each_seconds_ * static_cast<double>(done_.size());
     event.updated = done.outcome != Outcome::kSkipped;
     ledger_ = done.ledger;
     std::string metric;
     if (event.updated) {
         skipped_in_a_row_ = 0;
-        event.step = step_ = progress.steps;
+        event.step = step_ = done.progress.steps;
         loss_ = done.loss;
         averaged_loss_ = std::isnan(averaged_loss_) ? loss_ : 0.98 * averaged_loss_ + 0.02 * loss_;
         event.steps_per_second =
@@ -262,6 +281,7 @@ Status Run::go_back() {
         if (loaded.code() == Code::kCancelled) return loaded;
         if (loaded.ok()) {
             step_ = task_->progress().steps;
+            attempts_ = task_->progress().attempts;
             return {};
         }
         SPLAT_TRY(folder_->log("skipped a state: " + loaded.message()));
@@ -283,6 +303,7 @@ Status Run::end(EventKind kind, Event& event) {
                        ? format("%llu steps in a row had a loss or gradients that are not finite",
                                 wide(kMostSkipped))
                        : format("what step %llu learned is not finite", wide(step_));
+            done_.clear();
             SPLAT_TRY(go_back());
             text +=
                 format(": %s; the last good state is in checkpoints/", plan_.if_not_finite.c_str());

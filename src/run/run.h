@@ -69,7 +69,8 @@ class Work : NoCopy {
     [[nodiscard]] virtual Figures figures() const = 0;
 };
 
-/// A task with its folder, from its first step or the latest state to its end, one piece of work per call. A run that
+/// A task with its folder, from its first step or the latest state to its end, one piece of work per call. A call may
+/// do several steps, which it and later calls tell one by one; a state is saved after the last one of them. A run that
 /// ends anywhere and is resumed has the same bits as one without an interruption. Not thread-safe.
 class Run : public Work {
   public:
@@ -111,6 +112,7 @@ class Run : public Work {
     Status tell(Event& event);
     Status step(Event& event);
     Status after_step(const Step& done, Event& event);
+    [[nodiscard]] std::uint64_t most_steps() const;
     Status save(Event& event);
     Status validate(Event& event);
     Status end_validation(Event& event);
@@ -131,7 +133,9 @@ class Run : public Work {
     std::uint32_t piece_ = 0;                                     ///< the next one
     std::optional<Untold> untold_;  ///< more than a moment only after an error
     std::optional<EventKind> ended_;
-    std::uint64_t step_ = 0, skipped_ = 0;
+    double each_seconds_ = 0;  ///< time of each step among those done together
+    std::deque<Step> done_;    ///< steps that are still to be told
+    std::uint64_t step_ = 0, attempts_ = 0, skipped_ = 0;  ///< counts of what was told
     static constexpr std::uint64_t kNotSaved = ~std::uint64_t{0};
     std::uint64_t saved_ = kNotSaved;              ///< step of the latest state
     std::uint64_t validated_ = ~std::uint64_t{0};  ///< step of the latest validation

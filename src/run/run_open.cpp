@@ -62,6 +62,7 @@ Status Run::resume() {
         }
         const Progress progress = task_->progress();
         step_ = saved_ = begun_at_ = progress.steps;
+        attempts_ = progress.attempts;
         skipped_ = progress.attempts - progress.steps;
         messages_.push_back({"resumed from " + state.filename().string()});
         return restore_validations();

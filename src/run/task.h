@@ -66,8 +66,10 @@ struct Step {
     std::string notice;    ///< a warning; empty: none
     double loss = 0;
     Numbers numbers;
-    Numbers terms;   ///< terms of the loss
-    Numbers ledger;  ///< what was drawn and finite; also in run.json
+    Numbers terms;                 ///< terms of the loss
+    Numbers ledger;                ///< what was drawn and finite; also in run.json
+    Progress progress;             ///< with this step
+    std::uint64_t peak_bytes = 0;  ///< most device memory until then
 };
 
 /// One piece of a validation, such as an object.
@@ -119,7 +121,8 @@ class Task : NoCopy {
     /// Check and prepare the first steps.
     virtual Status begin() = 0;
 
-    virtual Status step(Step& step) = 0;
+    /// Do one step or more, at most `most`, and add them to `done` in order; after an error those before it.
+    virtual Status step(std::uint64_t most, std::deque<Step>& done) = 0;
     /// Begin a validation of results(), which live until its end.
     virtual Status begin_validation(const std::vector<NamedWeights>& results) = 0;
     /// The pieces come in order. The latest one comes again if the run could not take what was done.

@@ -45,7 +45,7 @@ TrainBatch Batch::view() const {
     batch.focals = focals;
     batch.embedding = embedding;
     batch.tokens = tokens;
-    batch.targets = targets;
+    batch.levels = levels;
     batch.cameras = cameras;
     return batch;
 }
@@ -87,17 +87,17 @@ Status BatchSource::add_object(std::uint64_t position, Batch& batch) const {
     // The first views are both inputs and targets; if there are too few, they repeat.
     std::vector<std::uint32_t> numbers(order.begin(), order.begin() + views_);
     for (std::uint32_t t = 0; t < targets_; ++t) numbers.push_back(order[t % order.size()]);
-    SPLAT_ASSIGN(const predict::Views views, data_->read(object, numbers, views_));
+    SPLAT_ASSIGN(const predict::Views views, data_->read(object, numbers, views_, true));
     append(batch.images, views.inputs, views.inputs.size());
     append(batch.view_to_world, views.view_to_world, std::size_t{16} * views_);
     append(batch.quaternions, views.quaternions, std::size_t{4} * views_);
     if (focals_) append(batch.focals, views.focals, std::size_t{2} * views_);
     append(batch.embedding, views.embedding, views.embedding.size());
     append(batch.tokens, views.tokens, views.tokens.size());
-    const std::size_t plane = views.images.size() / numbers.size();
-    batch.targets.insert(batch.targets.end(),
-                         views.images.begin() + static_cast<std::ptrdiff_t>(plane * views_),
-                         views.images.end());
+    const std::size_t plane = views.levels.size() / numbers.size();
+    batch.levels.insert(batch.levels.end(),
+                        views.levels.begin() + static_cast<std::ptrdiff_t>(plane * views_),
+                        views.levels.end());
     batch.cameras.insert(batch.cameras.end(), views.cameras.begin() + views_, views.cameras.end());
     return {};
 }
@@ -106,12 +106,19 @@ void PrefetchEnd::operator()(Prefetch* prefetch) const {
     if (!prefetch->forked()) delete prefetch;
 }
 
-Result<PrefetchPointer> Prefetch::create(BatchSource source, std::size_t ahead) {
-    PrefetchPointer self(new Prefetch(std::move(source), ahead));
+std::size_t loader_threads(const config::TrainConfig& config, bool cpu_device) {
+    if (config.loader_threads > 0) return config.loader_threads;
+    const std::size_t cores = std::thread::hardware_concurrency();
+    return cpu_device || cores < 2 ? 1 : std::min(cores - 1, kMostHostThreads);
+}
+
+Result<PrefetchPointer> Prefetch::create(BatchSource source, std::size_t threads) {
+    PrefetchPointer self(new Prefetch(std::move(source), threads));
     try {
-        self->thread_ = std::thread([made = self.get()] { made->run(); });
+        while (self->threads_.size() < threads)
+            self->threads_.emplace_back([made = self.get()] { made->run(); });
     } catch (const std::system_error&) {
-        return no_thread("reading batches");
+        if (self->threads_.empty()) return no_thread("reading batches");
     }
     return self;
 }
@@ -122,7 +129,12 @@ Prefetch::~Prefetch() {
         stop_ = true;
     }
     changed_.notify_all();
-    if (thread_.joinable()) thread_.join();
+    for (std::thread& thread : threads_) thread.join();
+}
+
+void Prefetch::clear() {
+    window_.clear();
+    ++generation_;
 }
 
 Result<Batch> Prefetch::get(std::uint64_t n) {
@@ -131,17 +143,17 @@ Result<Batch> Prefetch::get(std::uint64_t n) {
             "this process was forked from the one that made the batches: make them in "
             "the child, or start children with spawn");
     std::unique_lock lock(mutex_);
-    if (n != next_ || (idle_ && ready_.empty())) {
-        ready_.clear();
-        next_ = at_ = n;
-        ++generation_;
+    if (n != next_ || (idle_ && window_.empty())) {
+        clear();
+        next_ = n;
         idle_ = false;
         changed_.notify_all();
     }
-    changed_.wait(lock, [this] { return !ready_.empty(); });
-    Result<Batch> batch = std::move(ready_.front());
-    ready_.pop_front();
+    changed_.wait(lock, [this] { return !window_.empty() && window_.front(); });
+    Result<Batch> batch = std::move(*window_.front());
+    window_.pop_front();
     ++next_;
+    if (!batch.ok()) clear();
     changed_.notify_all();
     return batch;
 }
@@ -149,10 +161,11 @@ Result<Batch> Prefetch::get(std::uint64_t n) {
 void Prefetch::run() {
     std::unique_lock lock(mutex_);
     while (true) {
-        changed_.wait(lock, [this] { return stop_ || (!idle_ && ready_.size() < ahead_); });
+        changed_.wait(lock, [this] { return stop_ || (!idle_ && window_.size() < ahead_); });
         if (stop_) return;
-        const std::uint64_t n = at_++;
+        const std::uint64_t n = next_ + window_.size();
         const std::uint64_t generation = generation_;
+        window_.emplace_back();
         lock.unlock();
         Result<Batch> made = Status(Code::kOutOfHostMemory, "no memory for a batch");
         try {
@@ -162,7 +175,7 @@ void Prefetch::run() {
         lock.lock();
         if (generation != generation_) continue;
         if (!made.ok()) idle_ = true;
-        ready_.push_back(std::move(made));
+        window_[n - next_] = std::move(made);
         changed_.notify_all();
     }
 }

@@ -4,7 +4,9 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
+#include <vector>
 
 #include "config/config_keys.h"
 #include "core/fork.h"
@@ -16,7 +18,8 @@ namespace splat::train {
 
 /// The arrays of one TrainBatch.
 struct Batch {
-    std::vector<float> images, view_to_world, quaternions, focals, embedding, tokens, targets;
+    std::vector<float> images, view_to_world, quaternions, focals, embedding, tokens;
+    std::vector<std::uint8_t> levels;
     std::vector<scene::Camera> cameras;
 
     [[nodiscard]] TrainBatch view() const;
@@ -49,17 +52,21 @@ class BatchSource {
 
 class Prefetch;
 
-/// Ends a Prefetch, except in a forked child, which does not have its thread.
+/// Ends a Prefetch, except in a forked child, which does not have its threads.
 struct PrefetchEnd {
     void operator()(Prefetch* prefetch) const;
 };
 using PrefetchPointer = std::unique_ptr<Prefetch, PrefetchEnd>;
 
-/// Makes batches ahead of time in a thread of its own.
+/// How many threads are to make batches: opt.num_workers, else one beside a device that is the CPU, and on other
+/// machines one less than there are cores, up to kMostHostThreads.
+std::size_t loader_threads(const config::TrainConfig& config, bool cpu_device);
+
+/// Makes batches ahead of time, one more than it has threads.
 class Prefetch {
   public:
-    /// Errors: kOutOfHostMemory if the system has no more threads.
-    static Result<PrefetchPointer> create(BatchSource source, std::size_t ahead);
+    /// Fewer threads if the system has no more. Errors: kOutOfHostMemory if it has none.
+    static Result<PrefetchPointer> create(BatchSource source, std::size_t threads);
     ~Prefetch();
     Prefetch(const Prefetch&) = delete;
     Prefetch& operator=(const Prefetch&) = delete;
@@ -71,22 +78,24 @@ class Prefetch {
     [[nodiscard]] bool forked() const { return forks_ != fork_generation(); }
 
   private:
-    Prefetch(BatchSource source, std::size_t ahead) : source_(std::move(source)), ahead_(ahead) {}
+    Prefetch(BatchSource source, std::size_t threads)
+        : source_(std::move(source)), ahead_(threads + 1) {}
     void run();
+    /// Let go of all batches, also of those in the making.
+    void clear();
 
     BatchSource source_;
     std::size_t ahead_;
     const std::uint32_t forks_ = fork_generation();
     std::mutex mutex_;  ///< guards the members below
     std::condition_variable changed_;
-    std::deque<Result<Batch>> ready_;  ///< from number `next_` on; an error is the last
-    std::uint64_t next_ = 0;           ///< number of the next batch to give
-    std::uint64_t at_ = 0;             ///< number of the next batch to make
-    std::uint64_t generation_ =
-        0;              ///< counts jumps, after which a batch in the making is of no use
-    bool idle_ = true;  ///< before the first call, and after an error
+    /// Batches from number `next_` on, those in the making without a value. Errors are given in their turn.
+    std::deque<std::optional<Result<Batch>>> window_;
+    std::uint64_t next_ = 0;        ///< number of the next batch to give
+    std::uint64_t generation_ = 0;  ///< counts clear(): what was in the making before is of no use
+    bool idle_ = true;              ///< before the first call, and after an error
     bool stop_ = false;
-    std::thread thread_;
+    std::vector<std::thread> threads_;
 };
 
 }  // namespace splat::train

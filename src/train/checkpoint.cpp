@@ -22,6 +22,7 @@ Result<std::uint64_t> number_of(const io::Metadata& metadata, const std::string&
 }  // namespace
 
 Result<io::WeightsFile> Trainer::checkpoint() {
+    SPLAT_TRY(read());
     io::WeightsFile file;
     SPLAT_ASSIGN(file.tensors, model::save_state(*model_));
     SPLAT_TRY(optimiser_->save(file.tensors));
@@ -41,6 +42,7 @@ Status Trainer::resume(const io::WeightsFile& file) {
     if (sum != expected)
         return damaged("checkpoint: its checksum is %08x, expected %08llx: the file is damaged",
                        sum, llu(expected));
+    SPLAT_TRY(read());
     // The state of the optimiser does not belong to a state dict.
     io::NamedTensors weights;
     for (const io::NamedTensor& tensor : file.tensors)
@@ -54,7 +56,8 @@ Status Trainer::resume(const io::WeightsFile& file) {
         return damaged("checkpoint: '%s' is missing", report.fresh.front().c_str());
     SPLAT_TRY(optimiser_->load(file, steps));
     steps_ = steps;
-    attempts_ = attempts;
+    attempts_ = attempts_read_ = attempts;
+    skipped_in_a_row_ = 0;
     return {};
 }
 

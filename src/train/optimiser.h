@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +44,15 @@ struct OptimiserParameter {
     [[nodiscard]] std::uint32_t rows() const { return shape.rank() == 0 ? 1 : shape[0]; }
 };
 
+/// What the caller keeps of a step beside the decision: bytes of OptimiserDesc::notes, written on the device.
+struct OptimiserNotes {
+    std::uint64_t bytes = 0;
+    std::uint64_t checked =
+        0;  ///< bytes, from the first on, of blocks of losses, which must be finite
+    std::uint64_t block = 16;     ///< bytes of a block; all are multiples of 16
+    std::uint64_t unchecked = 0;  ///< first bytes of a block, which may hold any numbers
+};
+
 struct OptimiserDesc {
     std::vector<OptimiserParameter> parameters;
     std::vector<OptimiserRule> rules = {OptimiserRule()};
@@ -49,6 +60,8 @@ struct OptimiserDesc {
     config::TrainConfig schedule;
     std::optional<ops::EmaSchedule> ema;      ///< empty: no averages
     std::vector<nn::Parameters*> containers;  ///< told of changes; they must outlive the optimiser
+    OptimiserNotes notes;
+    std::uint32_t most_unread = 1;  ///< steps between two reads
 };
 
 /// Append the trainable parameters of `from`, named `prefix` and their name, and `from` itself. Errors:
@@ -63,11 +76,20 @@ struct OptimiserStep {
     bool was_skipped = false;
 };
 
+/// A step that was read, with its notes.
+struct OptimiserRead {
+    OptimiserStep step;
+    std::span<const std::uint32_t> notes;
+};
+
 /// Stands for a row that is not one of those in use.
 inline constexpr std::int64_t kNewRow = -1;
 
 /// Adam with an exponential moving average of the parameters, a schedule of the rate, and rows that can be
 /// reordered, dropped and added.
+///
+/// The device decides whether a step updates, and keeps what became of it until read(). Counters, rates, averages and
+/// states are those of the steps read.
 ///
 /// Errors       kOutOfDeviceMemory; those of Context::run, after which parameters are undefined
 /// Precision    see ops/adam.h, ops/ema.h
@@ -84,10 +106,25 @@ class Optimiser {
     /// Set all gradients to zero, also those of rows that are not in use.
     Status zero_gradients();
 
-    /// One update from the gradients, at the schedule's rate; nothing is updated if `loss` or a gradient is not
-    /// finite. An update that began is not cancelled. Errors: kInvalidArgument for a rate that is negative or not
-    /// finite.
-    Status step(OptimiserStep& result, double loss = 0);
+    /// Takes what became of all unread steps, in their order. If it throws, they stay unread.
+    using Use = std::function<void(std::span<const OptimiserRead>)>;
+
+    /// One update from the gradients, at the schedule's rate; nothing is updated if the loss, one in the notes or a
+    /// gradient is not finite. It runs with what was noted before it, and is not cancelled once it began. With `use`
+    /// all that is unread is read in the same list, or in another where staging memory is short. An update that ran
+    /// counts in unread(), whatever fails after it. Errors: kInvalidArgument for a rate that is negative or not finite.
+    Status step(double loss = 0, const Use& use = {});
+    Status step(OptimiserStep& result);
+
+    /// Read the steps since the last read; without any, nothing is called.
+    Status read(const Use& use);
+
+    /// Steps since the last read; where they are most_unread, they must be read before the next.
+    [[nodiscard]] std::uint32_t unread() const { return unread_; }
+    [[nodiscard]] bool full() const { return unread_ == desc_.most_unread; }
+
+    /// Where notes are written before step().
+    [[nodiscard]] const vk::BufferView& notes() const { return notes_.range(); }
 
     /// Replace the rows of parameters that have equally many: row i becomes row rows[i] with its moments and
     /// average. For kNewRow it is row i as it lies in the parameter's memory, where the caller wrote it, with
@@ -146,16 +183,13 @@ class Optimiser {
     /// Parameters that one dispatch updates, and their state in the layout of the values.
     struct Run : Used {
         std::size_t rule = 0;
-        vk::Buffer m, v, average, partial;
+        vk::Buffer m, v, average;
+        vk::BufferView partial;  ///< part of partial_
     };
-    /// Run i is dispatch i of each.
-    struct Lists {
-        vk::CommandList adam, ema, stats;
-    };
-    /// Other numbers of rows in use: the runs, and lists for them.
+    /// Other numbers of rows in use: the runs, and the list for them.
     struct Rows {
         std::vector<Used> runs;
-        Lists lists;
+        vk::CommandList list;
     };
     struct Kind {
         const char* prefix;
@@ -166,10 +200,14 @@ class Optimiser {
         : context_(&context), desc_(std::move(desc)) {}
     void make_runs();
     Status allocate();
-    Result<Lists> record(std::span<const Used> runs);
+    Result<vk::CommandList> record(std::span<const Used> runs);
+    [[nodiscard]] vk::BufferView ema_scalars() const;
+    [[nodiscard]] std::uint64_t row_bytes() const { return 16 + desc_.notes.bytes; }
     [[nodiscard]] std::vector<Used> used() const { return {runs_.begin(), runs_.end()}; }
-    Result<GradientStats> measure_gradients();
-    Status update(double rate);
+    Status write_inputs(double loss);
+    Status read_later(std::uint32_t rows, const Use& use);
+    /// What rows of the history say, if they follow the steps that were read.
+    void explain(std::span<const std::uint32_t> rows, std::span<OptimiserRead> steps) const;
     Status read(const vk::BufferView& view, LargeVector<float>& values);
     /// The part of its run's buffer that belongs to parameter `index`.
     [[nodiscard]] vk::BufferView part(std::size_t index, vk::Buffer Run::*buffer) const;
@@ -189,7 +227,11 @@ class Optimiser {
     OptimiserDesc desc_;
     std::vector<Run> runs_;
     std::vector<std::size_t> run_of_;  ///< by parameter
-    Lists lists_;
+    vk::CommandList list_;             ///< measures, decides and updates
+    vk::Buffer scalars_;  ///< scalars of a step: those of Adam by rule, then of averages
+    vk::Buffer partial_, notes_, inputs_, history_;  ///< see ops::StepDecision
+    std::uint32_t unread_ = 0;
+    std::unique_ptr<vk::Batch> batch_ = std::make_unique<vk::Batch>();
     std::uint64_t steps_ = 0, skipped_ = 0;
 };
 

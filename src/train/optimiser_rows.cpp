@@ -109,7 +109,7 @@ Result<Optimiser::Rows> Optimiser::make_rows(std::span<const std::size_t> parame
         run.grads = parameter.rows_of(parameter.grad, rows[i]);
         run.elements = run.values.shape.elements();
     }
-    SPLAT_ASSIGN(made.lists, record(made.runs));
+    SPLAT_ASSIGN(made.list, record(made.runs));
     return made;
 }
 
@@ -122,7 +122,7 @@ void Optimiser::use_rows(std::span<const std::size_t> parameters, Rows rows) noe
         parameter.shape = run.values.shape;
         static_cast<Used&>(runs_[run_of_[index]]) = run;
     }
-    lists_ = std::move(rows.lists);
+    list_ = std::move(rows.list);
 }
 
 }  // namespace splat::train

@@ -67,7 +67,13 @@ Status RenderLoss::make(vk::Buffer& buffer, std::uint64_t bytes) {
 Status RenderLoss::allocate() {
     const std::uint64_t bytes = quads_of(desc_).bytes();
     SPLAT_TRY(make(rgb_, bytes));  // the fourth channel stays zero
+    SPLAT_TRY(make(planes_, vk::quad_bytes(quads(targets_, desc_, 3).shape.elements())));
     SPLAT_TRY(make(targets_, bytes));
+    grad_ = desc_.grad_image;
+    if (desc_.objects > 1) {
+        SPLAT_TRY(make(grad_of_object_, bytes));
+        grad_ = grad_of_object_.range();
+    }
     for (vk::Buffer* const buffer : {&losses_, &weights_})
         SPLAT_TRY(make(
             *buffer, (kScalarFloats * kMostParts + 4 * std::size_t{desc_.views}) * sizeof(float)));
@@ -81,7 +87,7 @@ Status RenderLoss::allocate() {
         lpips.precision = desc_.config.precision;
         lpips.quads = {quads(rgb_, desc_, 3), quads(targets_, desc_, 3),
                        scalars(losses_, kMostParts, desc_.views),
-                       scalars(weights_, kMostParts, desc_.views), desc_.grad_image};
+                       scalars(weights_, kMostParts, desc_.views), grad_};
         SPLAT_ASSIGN(lpips_, model::LpipsNet::create(*context_, lpips, desc_.lpips));
         desc_.lpips = {};
     }
@@ -129,86 +135,121 @@ Status RenderLoss::add_part(const char* op, const LossTerm* term) {
     return {};
 }
 
-Status RenderLoss::set_targets(std::span<const float> targets) {
+Status RenderLoss::write_targets(std::size_t count, std::span<const std::byte> bytes,
+                                 vk::CommandList& pack) {
     const std::size_t pixels = std::size_t{desc_.height} * desc_.width;
-    if (targets.size() != desc_.views * pixels * 3)
-        return error(Code::kShape, "targets: %zu numbers, expected %u x 3 x %u x %u",
-                     targets.size(), desc_.views, desc_.height, desc_.width);
-    std::vector<float> quads(4 * desc_.views * pixels);
-    for (std::size_t view = 0; view < desc_.views; ++view)
-        for (std::size_t c = 0; c < 3; ++c) {
-            const float* const plane = targets.data() + (3 * view + c) * pixels;
-            for (std::size_t i = 0; i < pixels; ++i) quads[4 * (view * pixels + i) + c] = plane[i];
-        }
-    return context_->write(targets_.range(), quads.data(), quads.size() * sizeof(float));
+    if (count != desc_.views * pixels * 3)
+        return error(Code::kShape, "targets: %zu numbers, expected %u x 3 x %u x %u", count,
+                     desc_.views, desc_.height, desc_.width);
+    SPLAT_TRY(context_->write(planes_.range(), bytes.data(), bytes.size()));
+    return context_->run(pack);
+}
+
+Status RenderLoss::set_targets(std::span<const float> targets) {
+    return write_targets(targets.size(), std::as_bytes(targets), pack_);
+}
+
+Status RenderLoss::set_targets(std::span<const std::uint8_t> levels) {
+    return write_targets(levels.size(), std::as_bytes(levels), pack_levels_);
 }
 
 Status RenderLoss::record() {
     const ops::QuadDims dims = quads_of(desc_);
-    const vk::BufferView& grad_image = desc_.grad_image;
     vk::Recorder recorder(*context_);
-    SPLAT_TRY(ops::strided_copy(recorder, {dims.quads(), 3, {4, 0}, {4, 0}, false}, desc_.image,
-                                rgb_.range()));
+    SPLAT_TRY(ops::quads_pack(recorder, quads(planes_, desc_, 3), quads(targets_, desc_, 3)));
+    SPLAT_SET(pack_, recorder.finish());
+    SPLAT_TRY(
+        ops::quads_pack_levels(recorder, quads(planes_, desc_, 3), quads(targets_, desc_, 3)));
+    SPLAT_SET(pack_levels_, recorder.finish());
+    for (std::uint32_t object = 0; object < desc_.objects; ++object) {
+        const auto part = [&](const vk::BufferView& all) {
+            return all.part(object * dims.bytes(), dims.bytes());
+        };
+        SPLAT_TRY(ops::strided_copy(recorder, {dims.quads(), 3, {4, 0}, {4, 0}, false},
+                                    part(desc_.image), rgb_.range()));
+        SPLAT_SET(in_.emplace_back(), recorder.finish());
+        if (desc_.objects == 1) break;
+        SPLAT_TRY(ops::strided_copy(recorder, {dims.quads(), 4, {4, 0}, {4, 0}, false}, grad_,
+                                    part(desc_.grad_image)));
+        SPLAT_SET(out_.emplace_back(), recorder.finish());
+    }
     for (const Part& part : parts_)
         SPLAT_TRY(part.row->forward(recorder, *part.attributes, part.views));
     for (std::size_t i = pixel_; i < parts_.size(); ++i) {
         Part& part = parts_[i];
-        part.views.grad_inputs[0] = i == pixel_ ? grad_image : grad_term_.range();
+        part.views.grad_inputs[0] = i == pixel_ ? grad_ : grad_term_.range();
         part.views.grad_inputs[0].shape = part.views.inputs[0].shape;
         SPLAT_TRY(part.row->backward(recorder, *part.attributes, part.views));
         if (i > pixel_)
-            SPLAT_TRY(
-                ops::add_forward(recorder, {dims, 1}, grad_image, grad_term_.range(), grad_image));
+            SPLAT_TRY(ops::add_forward(recorder, {dims, 1}, grad_, grad_term_.range(), grad_));
     }
-    SPLAT_ASSIGN(list_, recorder.finish());
+    SPLAT_SET(list_, recorder.finish());
     return {};
 }
 
-Status RenderLoss::run(float share, double lpips_weight, LossTerms& terms) {
-    const auto weight_of = [&](const LossTerm& term) {
-        return term.op == nullptr ? lpips_weight : desc_.config.*term.weight;
-    };
-    double pixel_weight = 1;
+double RenderLoss::pixel_weight(double lpips_weight) const {
+    double weight = 1;
     for (const LossTerm& term : kLossTerms)
-        if (term.replaces) pixel_weight -= weight_of(term);
-    // Factors of gradients go out, and losses come back in the same places.
+        if (term.replaces) weight -= weight_of(term, lpips_weight);
+    return weight;
+}
+
+/// The factors of the terms' gradients, in the places of their values.
+Status RenderLoss::write_weights(float share, double lpips_weight) {
     std::vector<float> numbers(weights_.bytes() / sizeof(float));
     for (std::size_t i = pixel_; i < parts_.size(); ++i) {
         const LossTerm* const term = parts_[i].term;
-        const auto weight =
-            static_cast<float>(term == nullptr ? pixel_weight : desc_.config.*term->weight);
+        const auto weight = static_cast<float>(term == nullptr ? pixel_weight(lpips_weight)
+                                                               : desc_.config.*term->weight);
         numbers[kScalarFloats * i] =
             term != nullptr && term->similarity ? -share * weight : share * weight;
     }
-    const auto of_view = [&](std::size_t view) -> float& {
-        return numbers[kScalarFloats * kMostParts + 4 * view];
-    };
     for (std::size_t view = 0; view < desc_.views; ++view)
-        of_view(view) = static_cast<float>(static_cast<double>(share) * lpips_weight / desc_.views);
+        numbers[kScalarFloats * kMostParts + 4 * view] =
+            static_cast<float>(static_cast<double>(share) * lpips_weight / desc_.views);
+    if (numbers == written_) return {};
+    written_.clear();
     SPLAT_TRY(context_->write(weights_.range(), numbers.data(), weights_.bytes()));
-    SPLAT_TRY(context_->run(list_));
-    if (lpips_weight != 0) {
-        SPLAT_TRY(lpips_->forward());
-        SPLAT_TRY(lpips_->backward());
-    }
-    SPLAT_TRY(context_->read(losses_.range(), numbers.data(), losses_.bytes()));
-    terms = {};
+    written_ = std::move(numbers);
+    return {};
+}
+
+LossTerms RenderLoss::terms_of(std::span<const float> losses, double lpips_weight) const {
+    LossTerms terms;
     for (std::size_t view = 0; lpips_weight != 0 && view < desc_.views; ++view)
-        terms.values[kLpips] += static_cast<double>(of_view(view)) / desc_.views;
+        terms.values[kLpips] +=
+            static_cast<double>(losses[kScalarFloats * kMostParts + 4 * view]) / desc_.views;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-        const auto value = static_cast<double>(numbers[kScalarFloats * i]);
+        const auto value = static_cast<double>(losses[kScalarFloats * i]);
         if (i == 0) terms.squared = value;
         if (i == pixel_) terms.pixel = value;
         if (parts_[i].term != nullptr)
             terms.values[static_cast<std::size_t>(parts_[i].term - kLossTerms)] = value;
     }
-    terms.total = pixel_weight * terms.pixel;
+    terms.total = pixel_weight(lpips_weight) * terms.pixel;
     for (std::size_t i = std::size(kLossTerms); i-- > 0;) {
         const double value = terms.values[i];
-        if (const double weight = weight_of(kLossTerms[i]); weight != 0)
+        if (const double weight = weight_of(kLossTerms[i], lpips_weight); weight != 0)
             terms.total += weight * (kLossTerms[i].similarity ? 1 - value : value);
     }
-    return {};
+    return terms;
+}
+
+std::uint64_t RenderLoss::unchecked() const {
+    return kScalarFloats * sizeof(float) * pixel_;  // a squared difference that is not part of it
+}
+
+Status RenderLoss::run(std::uint32_t object, float share, double lpips_weight) {
+    SPLAT_TRY(write_weights(share, lpips_weight));
+    SPLAT_TRY(context_->run(in_[object]));
+    SPLAT_TRY(context_->run(list_));
+    if (lpips_weight != 0) {
+        SPLAT_TRY(lpips_->forward());
+        SPLAT_TRY(lpips_->backward());
+    } else if (lpips_ != nullptr) {
+        SPLAT_TRY(context_->fill(scalars(losses_, kMostParts, desc_.views), 0));
+    }
+    return out_.empty() ? Status() : context_->run(out_[object]);
 }
 
 }  // namespace splat::train

@@ -15,9 +15,12 @@ using config::kLossTerms;
 using config::LossTerm;
 
 struct RenderLossDesc {
-    std::uint32_t views = 1;
+    std::uint32_t objects = 1;  ///< compared one after another, in the same memory
+    std::uint32_t views = 1;    ///< each object's
     std::uint32_t height = 1, width = 1;
-    vk::BufferView image, grad_image;  ///< [V,H,W] quads of RGB and alpha; they outlive the loss
+    /// [objects,V,H,W] quads of RGB and alpha; they outlive the loss. An object's part begins at an offset that
+    /// bindings take.
+    vk::BufferView image, grad_image;
     config::TrainConfig
         config;  ///< pixel_loss, the weights of kLossTerms and their attributes, precision
     bool pixel_weights = false;  ///< the caller fills RenderLoss::pixel_weights() before each run
@@ -50,15 +53,24 @@ class RenderLoss {
   public:
     static Result<RenderLoss> create(vk::Context& context, const RenderLossDesc& desc);
 
-    /// targets  [V,3,H,W]
+    /// What the next run() compares with.
+    ///
+    /// targets  [V,3,H,W], or their levels k, which stand for the float32 nearest to k / 255
     Status set_targets(std::span<const float> targets);
+    Status set_targets(std::span<const std::uint8_t> levels);
 
     /// [V,1,H,W] as quads: factors of pixels, for operators that take them.
     [[nodiscard]] const vk::BufferView& pixel_weights() const { return pixel_weights_.range(); }
 
-    /// Compute the loss of the image, and write its gradient times `share`. A lpips_weight other than 0 needs
+    /// Compute the loss of an object's image, and write its gradient times `share`. A lpips_weight other than 0 needs
     /// the weights of LPIPS.
-    Status run(float share, double lpips_weight, LossTerms& terms);
+    Status run(std::uint32_t object, float share, double lpips_weight);
+
+    /// What the latest run() computed: but for the first `unchecked` bytes, numbers that are finite if the loss is.
+    [[nodiscard]] const vk::BufferView& losses() const { return losses_.range(); }
+    [[nodiscard]] std::uint64_t unchecked() const;
+    /// The terms by the numbers of losses().
+    [[nodiscard]] LossTerms terms_of(std::span<const float> losses, double lpips_weight) const;
 
   private:
     /// An operator of the images: its value is quad i of losses_, the factor of its gradient of weights_; behind them
@@ -76,16 +88,28 @@ class RenderLoss {
     Status make(vk::Buffer& buffer, std::uint64_t bytes);
     Status add_part(const char* op, const LossTerm* term);
     Status record();
+    Status write_targets(std::size_t count, std::span<const std::byte> bytes,
+                         vk::CommandList& pack);
+    [[nodiscard]] double weight_of(const LossTerm& term, double lpips_weight) const {
+        return term.op == nullptr ? lpips_weight : desc_.config.*term.weight;
+    }
+    [[nodiscard]] double pixel_weight(double lpips_weight) const;
+    Status write_weights(float share, double lpips_weight);
 
     vk::Context* context_;
     RenderLossDesc desc_;
-    vk::Buffer rgb_, targets_, pixel_weights_, losses_, weights_;
+    vk::Buffer rgb_, planes_, targets_, pixel_weights_, losses_, weights_;
+    vk::Buffer grad_of_object_;   ///< where there are several
+    vk::BufferView grad_;         ///< gradient of the object that is compared
+    std::vector<float> written_;  ///< what weights_ holds
     std::vector<Part>
         parts_;              ///< the squared difference, the absolute one if it is the loss, terms
     std::size_t pixel_ = 0;  ///< part of the pixel loss
     vk::Buffer grad_term_;   ///< gradient of one term after another
     std::unique_ptr<model::LpipsNet> lpips_;
+    vk::CommandList pack_, pack_levels_;  ///< planes_ to targets_
     vk::CommandList list_;
+    std::vector<vk::CommandList> in_, out_;  ///< an object's image to rgb_; grad_ to its gradient
 };
 
 }  // namespace splat::train

@@ -78,8 +78,9 @@ Status Trainer::add_to_gradients(std::span<const float> scales, const ScaleOutli
 }
 
 Status Trainer::repeat_for_scales(const TrainBatch& batch, std::uint32_t first,
-                                  const ScaleOutliers& outliers) {
-    SPLAT_TRY(forward(batch, first));
+                                  const ScaleOutliers& outliers, TrainStep& result) {
+    SPLAT_TRY(set_input(batch, first, result));
+    SPLAT_TRY(model_->forward_unread());
     const gaussians::SetViews gradients = model_->sets(true);
     SPLAT_TRY(context_.fill(gradients.gaussians, 0));
     SPLAT_TRY(context_.fill(gradients.colors, 0));

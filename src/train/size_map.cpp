@@ -9,9 +9,13 @@ Result<SizeMap> SizeMap::create(vk::Context& context, raster::RasterDesc desc) {
     desc.direct_colors = true;
     desc.backward = false;
     SPLAT_ASSIGN(map.rasterizer_, raster::Rasterizer::create(context, desc));
-    SPLAT_ASSIGN(map.sizes_,
-                 context.memory().allocate(std::uint64_t{16} * std::max(desc.gaussians, 1U),
-                                           vk::MemoryKind::kDevice, "sizes of Gaussians"));
+    const auto make = [&](vk::Buffer& buffer, std::uint64_t quads) -> Status {
+        SPLAT_SET(buffer, context.memory().allocate(16 * quads * std::max(desc.gaussians, 1U),
+                                                    vk::MemoryKind::kDevice, "sizes of Gaussians"));
+        return {};
+    };
+    SPLAT_TRY(make(map.gaussians_, gaussians::kGaussianFloats / 4));
+    SPLAT_TRY(make(map.sizes_, 1));
     return map;
 }
 
@@ -25,10 +29,11 @@ Status SizeMap::draw(const gaussians::SetViews& scene, std::span<const scene::Ca
         const float* const scale = &packed[kGaussianFloats * i + gaussians::kScaleAt];
         quads[4 * i] = std::max({scale[0], scale[1], scale[2]});
     }
+    SPLAT_TRY(context_->write(gaussians_.range(), packed.data(), packed.size() * sizeof(float)));
     SPLAT_TRY(context_->write(sizes_.range(), quads.data(), quads.size() * sizeof(float)));
     SPLAT_ASSIGN(const raster::PackedViews views,
                  raster::pack_views(rasterizer_->desc(), cameras, {}));
-    SPLAT_TRY(rasterizer_->forward({scene.gaussians, sizes_.range(), scene.count, 0, 0}, views));
+    SPLAT_TRY(rasterizer_->forward({gaussians_.range(), sizes_.range(), scene.count, 0, 0}, views));
 
     const std::uint64_t pixels = rasterizer_->desc().pixels();
     quads.resize(4 * pixels);

@@ -11,7 +11,7 @@ namespace splat::train {
 ///   weight = sum_i b_i s_i / the mean of that over all pixels of the views,
 ///
 /// and 1 everywhere if nothing is drawn. A constant: no gradient goes through it. The host takes the longest axes and
-/// the mean, so that a call reads N Gaussians and the image back and writes both.
+/// the mean, so that a call reads N Gaussians and the image back and writes both; they may be part of a longer set.
 ///
 /// Errors       those of raster::Rasterizer and Context::run
 /// Determinism  bit-exact for any thread count
@@ -29,7 +29,8 @@ class SizeMap {
 
     vk::Context* context_;
     std::unique_ptr<raster::Rasterizer> rasterizer_;
-    vk::Buffer sizes_;  ///< [N] quads: a Gaussian's size as its red
+    vk::Buffer gaussians_,
+        sizes_;  ///< [N,3] quads of the scene; [N] quads: a Gaussian's size as its red
 };
 
 }  // namespace splat::train

@@ -1,5 +1,6 @@
 #include "train/splatter_training.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace splat::train {
@@ -21,10 +22,37 @@ SplatterTraining::~SplatterTraining() {
         context_->mutex.defer(std::move(left_));
 }
 
-Status SplatterTraining::step(run::Step& step) {
+Status SplatterTraining::step(std::uint64_t most, std::deque<run::Step>& done) {
+    const config::TrainConfig& config = settings_.training;
+    const std::uint64_t count =
+        std::min<std::uint64_t>(most, config.scale_terms ? 1 : config.read_every);
+    Status status;
+    if (trainer_->attempts() == told_)  // else a call that failed left steps to be read
+        for (std::uint64_t i = 1; status.ok() && i <= count; ++i) status = attempt(i == count);
+    if (trainer_->unread() > 0) {
+        const Status read = context_->mutex.call([&] { return trainer_->read(); });
+        if (status.ok()) status = read;
+    }
+    peaks_.resize(trainer_->attempts() - told_, peak_bytes());
+    std::deque<TrainStep>& results = trainer_->results();
+    for (; !results.empty(); results.pop_front()) {
+        done.push_back(step_of(results.front()));
+        done.back().progress = {results.front().step, ++told_};
+        done.back().peak_bytes = peaks_.front();
+        peaks_.pop_front();
+    }
+    return status;
+}
+
+Status SplatterTraining::attempt(bool read) {
     SPLAT_ASSIGN(const Batch batch, batches_->get(trainer_->attempts()));
-    TrainStep done;
-    SPLAT_TRY(context_->mutex.call([&] { return trainer_->step(batch.view(), done); }));
+    const Status ran = context_->mutex.call([&] { return trainer_->step(batch.view(), read); });
+    peaks_.resize(trainer_->attempts() - told_, peak_bytes());
+    return ran;
+}
+
+run::Step SplatterTraining::step_of(const TrainStep& done) const {
+    run::Step step;
     if (done.skipped)
         step.outcome = run::Outcome::kSkipped;
     else if (done.visible == 0 || done.gradients_zero)
@@ -43,7 +71,7 @@ Status SplatterTraining::step(run::Step& step) {
         if (c.*term.weight > 0 && (term.op != nullptr || done.step > c.lpips_after))
             step.terms.push_back({term.name, done.loss.of(term.name)});
     step.ledger = ledger_of(done);
-    return {};
+    return step;
 }
 
 Status SplatterTraining::begin_validation(const std::vector<run::NamedWeights>& results) {

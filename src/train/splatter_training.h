@@ -44,7 +44,7 @@ class SplatterTraining : public run::Task {
     Status begin() override;
 
     // splatter_training.cpp
-    Status step(run::Step& step) override;
+    Status step(std::uint64_t most, std::deque<run::Step>& done) override;
     Status begin_validation(const std::vector<run::NamedWeights>& results) override;
     Status validate(std::uint32_t piece, run::Piece& done) override;
     [[nodiscard]] run::Validation validation() const override;
@@ -74,6 +74,9 @@ class SplatterTraining : public run::Task {
                         run::Messages& messages);
     [[nodiscard]] Status check_batches(const BatchSource& source) const;
     [[nodiscard]] std::uint32_t validated_objects() const;
+    /// Do a step with the next batch.
+    Status attempt(bool read);
+    [[nodiscard]] run::Step step_of(const TrainStep& done) const;
 
     std::shared_ptr<vk::Context> context_;
     TrainingDesc desc_;
@@ -83,6 +86,8 @@ class SplatterTraining : public run::Task {
     std::shared_ptr<Trainer> trainer_;
     std::unique_ptr<predict::Predictor> predictor_;  ///< for validation; made when first needed
     PrefetchPointer batches_;
+    std::uint64_t told_ = 0;                  ///< attempts that step() gave
+    std::deque<std::uint64_t> peaks_;         ///< peak_bytes() of those that follow
     std::vector<eval::ObjectScores> scores_;  ///< scores of the validation that goes on
     std::unique_ptr<OnDevice> left_;  ///< made beforehand, because a destructor must not fail
 };

@@ -15,9 +15,6 @@ namespace {
 /// Batches that are read before the first step.
 constexpr std::uint64_t kCheckedBatches = 2;
 
-/// Batches that are made ahead of a step.
-constexpr std::size_t kBatchesAhead = 2;
-
 /// What is wrong with data or weights that others made, not with the caller's arguments.
 Status of_file(const Status& status, const std::string& what = "") {
     if (status.ok()) return status;
@@ -251,7 +248,11 @@ Status SplatterTraining::compare(const JsonTree& run_json, run::Messages& messag
 }
 
 Status SplatterTraining::load(const io::WeightsFile& state) {
-    return context_->mutex.call([&] { return trainer_->resume(state); });
+    SPLAT_TRY(context_->mutex.call([&] { return trainer_->resume(state); }));
+    told_ = trainer_->attempts();
+    peaks_.clear();
+    trainer_->results().clear();
+    return {};
 }
 
 Status SplatterTraining::check_batches(const BatchSource& source) const {
@@ -268,7 +269,9 @@ Status SplatterTraining::check_batches(const BatchSource& source) const {
 Status SplatterTraining::begin() {
     BatchSource source(data_, settings_, settings_.training.seed);
     SPLAT_TRY(check_batches(source));
-    SPLAT_ASSIGN(batches_, Prefetch::create(std::move(source), kBatchesAhead));
+    const bool cpu = context_->device().info().kind == vk::DeviceKind::kCpu;
+    SPLAT_ASSIGN(batches_,
+                 Prefetch::create(std::move(source), loader_threads(settings_.training, cpu)));
     return {};
 }
 

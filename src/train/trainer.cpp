@@ -1,10 +1,23 @@
 #include "train/trainer.h"
 
+#include <algorithm>
+#include <cstring>
+
 #include "core/finite.h"
-#include "core/stopwatch.h"
 
 namespace splat::train {
 namespace {
+
+constexpr std::uint32_t kLeastRows = 16, kMostRows = 256;  ///< steps that may be unread
+/// Joined lists that are kept. Each holds the network, so that more of them would take too much memory.
+constexpr std::size_t kLeastLists = 32, kMostLists = 512;
+
+Result<vk::CommandList> copy_of(vk::Context& context, const vk::BufferView& from,
+                                const vk::BufferView& to) {
+    vk::Recorder recorder(context);
+    SPLAT_TRY(recorder.copy(from, to));
+    return recorder.finish();
+}
 
 /// Copy a set, or its gradients, to another of the same size.
 Result<vk::CommandList> copy_of(vk::Context& context, const gaussians::SetViews& from,
@@ -13,6 +26,33 @@ Result<vk::CommandList> copy_of(vk::Context& context, const gaussians::SetViews&
     SPLAT_TRY(recorder.copy(from.gaussians, to.gaussians));
     SPLAT_TRY(recorder.copy(from.colors, to.colors));
     return recorder.finish();
+}
+
+/// Pairs that arrays of a call must be able to hold for each item: then few scenes make it several passes.
+constexpr std::uint64_t kRoomPerItem = 16;
+
+raster::RasterDesc call_of(const raster::RasterDesc& object, std::uint32_t objects) {
+    raster::RasterDesc call = object;
+    call.gaussians *= objects;
+    call.views *= objects;
+    call.most_items = object.items() * objects;
+    return call;
+}
+
+/// How many objects of a pass one call draws: as many as the device draws in one go, if images of objects begin where
+/// bindings can.
+std::uint32_t objects_of_a_call(vk::Device& device, const raster::RasterDesc& object,
+                                std::uint32_t pass) {
+    for (std::uint32_t objects = pass; objects > 1; --objects) {
+        const raster::RasterDesc call = call_of(object, objects);
+        const std::uint64_t tiles = std::uint64_t{call.tiles_x()} * call.tiles_y() * call.views;
+        if (pass % objects == 0 && object.pixels() % 16 == 0 &&
+            raster::check_desc(device.info(), call).ok() &&
+            tiles <= raster::max_window_tiles(device.info()) &&
+            call.items() * kRoomPerItem <= raster::Workspace::max_capacity(device, call))
+            return objects;
+    }
+    return 1;
 }
 
 template <class T>
@@ -32,7 +72,18 @@ Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
         return invalid("'opt.step_lr_at' is 0, expected at least 1 where opt.lr_schedule is step");
     std::unique_ptr<Trainer> self(new Trainer(context, config));
     SPLAT_TRY(self->build(network));
+    SPLAT_TRY(self->build_optimiser());
+    self->batch_ = vk::Batch(std::clamp(self->lists_of_a_step(), kLeastLists, kMostLists));
     return self;
+}
+
+std::size_t Trainer::lists_of_a_step() const {
+    const std::size_t passes = config_.batch_size / config_.micro_batch;
+    std::size_t reads = config_.micro_batch / drawn_;  // in a pass: pairs
+    if (sizes_) reads += config_.micro_batch;
+    if (config_.scale_terms)
+        reads += 2 + 2;  // scales and their gradients; in a pass that is repeated too
+    return passes * reads + 2;
 }
 
 Status Trainer::build(const model::ModelConfig& network) {
@@ -43,30 +94,24 @@ Status Trainer::build(const model::ModelConfig& network) {
     options.build.training = true;
     options.build.precision = config_.precision;
     SPLAT_ASSIGN(model_, model::Model::create(context_, network, options));
-    OptimiserDesc adam;
-    adam.rules = {{1, config_.betas, config_.eps}};
-    adam.schedule = config_;
-    if (config_.ema)
-        adam.ema = ops::EmaSchedule{config_.ema_every, config_.ema_after, config_.ema_most};
-    SPLAT_TRY(add_parameters(adam, model_->parameters()));
-    SPLAT_ASSIGN(Optimiser optimiser, Optimiser::create(context_, std::move(adam)));
-    optimiser_ = std::make_unique<Optimiser>(std::move(optimiser));
-
-    raster::RasterDesc desc;
+    raster::RasterDesc desc;  // one object's
     desc.gaussians = network.gaussians();
     desc.views = config_.targets;
     desc.width = desc.height = network.resolution;
     desc.sh_degree = network.sh_degree;
     desc.backward = true;
-    SPLAT_ASSIGN(rasterizer_, raster::Rasterizer::create(context_, desc));
+    drawn_ = objects_of_a_call(context_.device(), desc, config_.micro_batch);
+    const raster::RasterDesc call = call_of(desc, drawn_);
+    SPLAT_ASSIGN(rasterizer_, raster::Rasterizer::create(context_, call));
     SPLAT_ASSIGN(grad_image_,
-                 context_.memory().allocate(desc.pixels() * 16, vk::MemoryKind::kDevice,
+                 context_.memory().allocate(call.pixels() * 16, vk::MemoryKind::kDevice,
                                             "gradient of rendered images"));
     SPLAT_ASSIGN(grad_depth_,
                  context_.memory().allocate(16, vk::MemoryKind::kDevice, "gradient of the depth"));
     SPLAT_TRY(context_.fill(grad_depth_.range(), 0));
 
     RenderLossDesc loss;
+    loss.objects = drawn_;
     loss.views = desc.views;
     loss.height = loss.width = network.resolution;
     loss.image = rasterizer_->workspace().image.range();
@@ -93,16 +138,53 @@ Status Trainer::build(const model::ModelConfig& network) {
     SPLAT_ASSIGN(RenderLoss made, RenderLoss::create(context_, loss));
     loss_ = std::make_unique<RenderLoss>(std::move(made));
 
-    if (config_.micro_batch == 1) return {};
+    if (config_.micro_batch == drawn_) return {};
     // The rasterizer's lists name one set, and recording them costs more than copying.
-    SPLAT_ASSIGN(scene_, gaussians::allocate_set(context_, desc));
-    SPLAT_ASSIGN(grad_scene_, gaussians::allocate_set(context_, desc));
-    for (std::uint32_t i = 0; i < config_.micro_batch; ++i) {
-        SPLAT_ASSIGN(vk::CommandList in, copy_of(context_, model_->set(i), scene_.views()));
-        SPLAT_ASSIGN(vk::CommandList out,
-                     copy_of(context_, grad_scene_.views(), model_->set(i, true)));
+    SPLAT_ASSIGN(scene_, gaussians::allocate_set(context_, call));
+    SPLAT_ASSIGN(grad_scene_, gaussians::allocate_set(context_, call));
+    for (std::uint32_t slot = 0; slot < config_.micro_batch; slot += drawn_) {
+        const auto part = [&](bool gradients) {
+            return gaussians::part(call, model_->sets(gradients), slot * desc.gaussians,
+                                   call.gaussians);
+        };
+        SPLAT_ASSIGN(vk::CommandList in, copy_of(context_, part(false), scene_.views()));
+        SPLAT_ASSIGN(vk::CommandList out, copy_of(context_, grad_scene_.views(), part(true)));
         copy_in_.push_back(std::move(in));
         copy_out_.push_back(std::move(out));
+    }
+    return {};
+}
+
+/// Make the optimiser. Notes are the losses of each object, then the counts of each pass.
+Status Trainer::build_optimiser() {
+    const vk::BufferView& losses = loss_->losses();
+    const vk::BufferView& counts = model_->output_ledger().counts();
+    const std::uint32_t passes = config_.batch_size / config_.micro_batch;
+    OptimiserDesc adam;
+    adam.rules = {{1, config_.betas, config_.eps}};
+    adam.schedule = config_;
+    if (config_.ema)
+        adam.ema = ops::EmaSchedule{config_.ema_every, config_.ema_after, config_.ema_most};
+    adam.notes.checked = losses.bytes * config_.batch_size;
+    adam.notes.block = losses.bytes;
+    adam.notes.unchecked = loss_->unchecked();
+    adam.notes.bytes = adam.notes.checked + counts.bytes * passes;
+    adam.most_unread = std::clamp(config_.read_every, kLeastRows, kMostRows);
+    SPLAT_TRY(add_parameters(adam, model_->parameters()));
+    SPLAT_ASSIGN(Optimiser optimiser, Optimiser::create(context_, std::move(adam)));
+    optimiser_ = std::make_unique<Optimiser>(std::move(optimiser));
+    std::uint64_t at = 0;
+    const auto note = [&](const vk::BufferView& from) {
+        at += from.bytes;
+        return copy_of(context_, from, optimiser_->notes().part(at - from.bytes, from.bytes));
+    };
+    for (std::uint32_t object = 0; object < config_.batch_size; ++object) {
+        SPLAT_ASSIGN(vk::CommandList list, note(losses));
+        note_losses_.push_back(std::move(list));
+    }
+    for (std::uint32_t pass = 0; pass < passes; ++pass) {
+        SPLAT_ASSIGN(vk::CommandList list, note(counts));
+        note_counts_.push_back(std::move(list));
     }
     return {};
 }
@@ -121,7 +203,8 @@ Status Trainer::check(const TrainBatch& batch) const {
     SPLAT_TRY(expect("images", batch.images.size(), inputs * c.input_channels() * pixels));
     SPLAT_TRY(expect("view_to_world", batch.view_to_world.size(), inputs * 16));
     SPLAT_TRY(expect("quaternions", batch.quaternions.size(), inputs * 4));
-    SPLAT_TRY(expect("targets", batch.targets.size(), targets * 3 * pixels));
+    SPLAT_TRY(expect("targets", batch.levels.empty() ? batch.targets.size() : batch.levels.size(),
+                     targets * 3 * pixels));
     if (batch.cameras.size() != targets)
         return error(Code::kShape, "training batch: %zu cameras, expected %zu",
                      batch.cameras.size(), targets);
@@ -132,31 +215,96 @@ Status Trainer::check(const TrainBatch& batch) const {
 }
 
 Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
-    SPLAT_TRY(check(batch));
-    result = {};
-    SPLAT_TRY(model_->parameters().zero_gradients());
-    ScaleTerms terms;
-    for (std::uint32_t first = 0; first < config_.batch_size; first += config_.micro_batch)
-        SPLAT_TRY(pass(batch, first, terms, result));
-    Stopwatch watch;
-    for (const std::uint32_t first : terms.waiting)
-        SPLAT_TRY(repeat_for_scales(batch, first, terms.outliers));
-    result.loss.total += terms.outliers.loss();
-    result.network_seconds += watch.lap();
-    OptimiserStep update;
-    SPLAT_TRY(optimiser_->step(update, result.loss.total));
-    result.gradients_zero = update.gradients.zero;
-    result.skipped = update.was_skipped;
-    result.rate = update.rate;
-    result.update_seconds += watch.lap();
-    result.step = steps_ = update.step;
-    ++attempts_;
-    const std::lock_guard lock(last_mutex_);
-    last_ = result;
+    SPLAT_TRY(step(batch, true));
+    result = results_.back();
+    results_.pop_back();
     return {};
 }
 
-Status Trainer::forward(const TrainBatch& batch, std::uint32_t first) {
+Status Trainer::step(const TrainBatch& batch, bool read_it) {
+    SPLAT_TRY(check(batch));
+    const std::uint64_t most =
+        steps_ + unread();  // updates, if none of the unread steps was skipped
+    const bool lpips_begins =
+        config_.lpips_weight > 0 && steps_ < config_.lpips_after && most >= config_.lpips_after;
+    if (lpips_begins || optimiser_->full()) SPLAT_TRY(read());
+    Unread& made = unread_.emplace_back();
+    if (steps_ >= config_.lpips_after) made.lpips_weight = config_.lpips_weight;
+    /// The optimiser knows what ran, also where something fails after it.
+    struct Count {
+        Trainer& trainer;
+        ~Count() {
+            const std::uint32_t unread = trainer.optimiser_->unread();
+            trainer.attempts_ = trainer.attempts_read_ + unread;
+            trainer.unread_.resize(unread);
+        }
+    };
+    const Count count{*this};
+    return attempt(batch, made, read_it);
+}
+
+Status Trainer::attempt(const TrainBatch& batch, Unread& made, bool read_it) {
+    vk::BatchScope scope(context_, batch_);
+    SPLAT_TRY(model_->parameters().zero_gradients());
+    ScaleTerms terms;
+    for (std::uint32_t first = 0; first < config_.batch_size; first += config_.micro_batch)
+        SPLAT_TRY(pass(batch, first, terms, made.step));
+    for (const std::uint32_t first : terms.waiting)
+        SPLAT_TRY(repeat_for_scales(batch, first, terms.outliers, made.step));
+    made.scale_loss = terms.outliers.loss();
+    context_.charge = &made.step.update_seconds;
+    return optimiser_->step(made.scale_loss, read_it ? taking() : Optimiser::Use());
+}
+
+Optimiser::Use Trainer::taking() {
+    return [this](std::span<const OptimiserRead> updates) { take(updates); };
+}
+
+Status Trainer::read() {
+    return optimiser_->read(taking());
+}
+
+void Trainer::take(std::span<const OptimiserRead> updates) {
+    std::vector<TrainStep> steps;
+    for (std::size_t i = 0; i < updates.size(); ++i)
+        steps.push_back(result_of(unread_[i], updates[i]));
+    results_.resize(results_.size() + steps.size());
+    // Nothing throws from here on.
+    std::ranges::copy_backward(steps, results_.end());
+    while (results_.size() > kMostResults) results_.pop_front();
+    unread_.clear();
+    for (const TrainStep& step : steps)
+        skipped_in_a_row_ = step.skipped ? skipped_in_a_row_ + 1 : 0;
+    steps_ = steps.back().step;
+    attempts_ = attempts_read_ + steps.size();
+    attempts_read_ = attempts_.load();
+    const std::lock_guard lock(last_mutex_);
+    last_ = steps.back();
+}
+
+TrainStep Trainer::result_of(const Unread& made, const OptimiserRead& update) {
+    TrainStep step = made.step;
+    std::span notes = update.notes;
+    const double weight = static_cast<double>(1 / static_cast<float>(config_.batch_size));
+    std::vector<float> losses(loss_->losses().bytes / sizeof(float));
+    for (std::uint32_t object = 0; object < config_.batch_size; ++object) {
+        std::memcpy(losses.data(), notes.data(), loss_->losses().bytes);
+        step.loss.add(loss_->terms_of(losses, made.lpips_weight), weight);
+        notes = notes.subspan(losses.size());
+    }
+    const std::size_t counts = model_->output_ledger().counts().bytes / sizeof(std::uint32_t);
+    for (; !notes.empty(); notes = notes.subspan(counts))
+        step.non_finite += model_->output_ledger().take(notes.first(counts)).non_finite();
+    step.loss.total += made.scale_loss;
+    step.gradients_zero = update.step.gradients.zero;
+    step.skipped = update.step.was_skipped;
+    step.rate = update.step.rate;
+    step.step = update.step.step;
+    return step;
+}
+
+Status Trainer::set_input(const TrainBatch& batch, std::uint32_t first, TrainStep& result) {
+    context_.charge = &result.network_seconds;
     const std::uint32_t all = config_.batch_size;
     const std::uint32_t objects = config_.micro_batch;
     model::ModelInput input;
@@ -169,58 +317,66 @@ Status Trainer::forward(const TrainBatch& batch, std::uint32_t first) {
     input.seed = config_.seed;
     // A distinct number for each pass; dropout depends on it.
     input.step = static_cast<std::uint32_t>(attempts_ * (all / objects) + first / objects);
-    SPLAT_TRY(model_->set_input(input));
-    return model_->forward();
+    return model_->set_input(input);
 }
 
 Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& terms,
                      TrainStep& result) {
-    Stopwatch watch;
-    SPLAT_TRY(forward(batch, first));
-    result.non_finite += model_->ledger().non_finite();
-    result.network_seconds += watch.lap();
-    for (std::uint32_t i = 0; i < config_.micro_batch; ++i)
-        SPLAT_TRY(render(batch, first + i, i, result));
+    SPLAT_TRY(set_input(batch, first, result));
+    SPLAT_TRY(model_->forward_unread());
+    SPLAT_TRY(context_.run(note_counts_[first / config_.micro_batch]));
+    context_.charge = &result.render_seconds;
+    for (std::uint32_t slot = 0; slot < config_.micro_batch; slot += drawn_)
+        SPLAT_TRY(render(batch, first, slot, result));
     if (config_.scale_terms) SPLAT_TRY(take_scales(first, terms));
-    result.render_seconds += watch.lap();
-    SPLAT_TRY(model_->backward(true));
-    result.network_seconds += watch.lap();
-    return {};
+    context_.charge = &result.network_seconds;
+    return model_->backward(true);
 }
 
-Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint32_t slot,
+Status Trainer::render(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot,
                        TrainStep& result) {
+    const raster::RasterDesc& desc = rasterizer_->desc();
+    const auto cameras = part_of(batch.cameras, config_.batch_size, first + slot, drawn_);
     const std::array<float, 3> background =
         config_.white_background ? std::array<float, 3>{1, 1, 1} : std::array<float, 3>{};
-    SPLAT_ASSIGN(
-        const raster::PackedViews views,
-        raster::pack_views(rasterizer_->desc(),
-                           part_of(batch.cameras, config_.batch_size, object, 1), background));
-    const bool copied = config_.micro_batch > 1;
-    if (copied) SPLAT_TRY(context_.run(copy_in_[slot]));
-    const gaussians::SetViews scene = copied ? scene_.views() : model_->set(slot);
-    SPLAT_TRY(rasterizer_->forward(scene, views));
-    if (sizes_)
-        SPLAT_TRY(sizes_->draw(scene, part_of(batch.cameras, config_.batch_size, object, 1),
-                               loss_->pixel_weights()));
-    SPLAT_TRY(loss_->set_targets(part_of(batch.targets, config_.batch_size, object, 1)));
-    LossTerms terms;
-    const float weight = 1 / static_cast<float>(config_.batch_size);
-    const double lpips = steps() >= config_.lpips_after ? config_.lpips_weight : 0;
-    SPLAT_TRY(loss_->run(weight, lpips, terms));
+    SPLAT_ASSIGN(raster::PackedViews views, raster::pack_views(desc, cameras, background));
+    if (drawn_ > 1) {
+        std::vector<raster::Range> ranges;
+        const std::uint32_t each = desc.gaussians / drawn_;
+        for (std::uint32_t view = 0; view < desc.views; ++view)
+            ranges.push_back({view / config_.targets * each, each});
+        SPLAT_TRY(
+            raster::see_ranges(context_.device().info(), desc, desc.gaussians, ranges, views));
+    }
+    const bool copied = !copy_in_.empty();
+    if (copied) SPLAT_TRY(context_.run(copy_in_[slot / drawn_]));
+    SPLAT_TRY(rasterizer_->forward(copied ? scene_.views() : model_->sets(), views));
+    for (std::uint32_t i = 0; i < drawn_; ++i) SPLAT_TRY(compare(batch, first, slot + i));
     SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(),
-                                    copied ? grad_scene_.views() : model_->set(slot, true)));
-    if (copied) SPLAT_TRY(context_.run(copy_out_[slot]));
-    result.loss.add(terms, static_cast<double>(weight));
-    const raster::RasterDesc& desc = rasterizer_->desc();
+                                    copied ? grad_scene_.views() : model_->sets(true)));
+    if (copied) SPLAT_TRY(context_.run(copy_out_[slot / drawn_]));
     const raster::RasterStats& stats = rasterizer_->stats();
     result.pairs += stats.pairs;
     result.visible += stats.visible;
-    result.culled += std::uint64_t{desc.gaussians} * desc.views - stats.visible;
+    result.culled += desc.items() - stats.visible;
     return {};
 }
 
+Status Trainer::compare(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot) {
+    const auto part = [&](const auto& all) {
+        return part_of(all, config_.batch_size, first + slot, 1);
+    };
+    if (sizes_)
+        SPLAT_TRY(sizes_->draw(model_->set(slot), part(batch.cameras), loss_->pixel_weights()));
+    SPLAT_TRY(batch.levels.empty() ? loss_->set_targets(part(batch.targets))
+                                   : loss_->set_targets(part(batch.levels)));
+    const float weight = 1 / static_cast<float>(config_.batch_size);
+    SPLAT_TRY(loss_->run(slot % drawn_, weight, unread_.back().lpips_weight));
+    return context_.run(note_losses_[first + slot]);
+}
+
 Result<io::NamedTensors> Trainer::averaged_state() {
+    SPLAT_TRY(read());
     SPLAT_ASSIGN(const io::NamedTensors current, model::save_state(*model_));
     io::NamedTensors state;
     for (const io::NamedTensor& tensor : current) {

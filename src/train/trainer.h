@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -20,13 +21,14 @@ namespace splat::train {
 /// The images of one step, in host memory: B = batch_size objects with V input views and T target views
 /// each, R x R pixels. Cameras are relative to the object's first input view.
 struct TrainBatch {
-    std::span<const float> images;           ///< [B*V, input channels, R, R]
-    std::span<const float> view_to_world;    ///< [B*V, 4, 4] row vectors
-    std::span<const float> quaternions;      ///< [B*V, 4] w x y z
-    std::span<const float> focals;           ///< [B*V, 2] pixels, or empty
-    std::span<const float> embedding;        ///< [B*V, length], or empty
-    std::span<const float> tokens;           ///< [B*V, token_dim, tokens], or empty
-    std::span<const float> targets;          ///< [B*T, 3, R, R]
+    std::span<const float> images;         ///< [B*V, input channels, R, R]
+    std::span<const float> view_to_world;  ///< [B*V, 4, 4] row vectors
+    std::span<const float> quaternions;    ///< [B*V, 4] w x y z
+    std::span<const float> focals;         ///< [B*V, 2] pixels, or empty
+    std::span<const float> embedding;      ///< [B*V, length], or empty
+    std::span<const float> tokens;         ///< [B*V, token_dim, tokens], or empty
+    std::span<const float> targets;        ///< [B*T, 3, R, R]
+    std::span<const std::uint8_t> levels;  ///< if not empty, in place of targets: 255 of them is 1
     std::span<const scene::Camera> cameras;  ///< B*T
 };
 
@@ -45,6 +47,10 @@ struct TrainStep {
 
 /// Splatter Image's training: predict, render, compare, and back.
 ///
+/// The device decides whether a step updates the weights, and keeps losses and decisions of steps until they are read:
+/// by read(), by step() with a result, and by what must know the updates done. Of each step the host reads at once only
+/// what the rasterizer's arrays depend on, and scales for CO3D's terms.
+///
 /// Accumulates the gradients of a batch in passes of micro_batch objects, weighted for the mean over the
 /// batch. The size of a pass changes only rounding and which activations dropout drops. CO3D's terms of
 /// scales are means over the outliers of the batch: passes that have some, except the last, run twice.
@@ -59,17 +65,38 @@ class Trainer {
                                                    const model::ModelConfig& network,
                                                    const config::TrainConfig& config);
 
+    /// Do a step; with `read` what became of it and of all unread steps goes to results(). An update that ran counts as
+    /// unread until it is read, also if this fails afterwards.
+    Status step(const TrainBatch& batch, bool read = false);
+
+    /// Do a step, read all that is unread, and give the step's result; results() keeps those of the steps before it.
     Status step(const TrainBatch& batch, TrainStep& result);
+
+    /// Read what became of the steps since the last read.
+    Status read();
+
+    /// Results that were read but not yet given, in the order of the steps; of more than kMostResults the latest.
+    [[nodiscard]] std::deque<TrainStep>& results() { return results_; }
+    static constexpr std::size_t kMostResults = 65'536;
+
+    /// Steps since the last read. Thread-safe, like the following.
+    [[nodiscard]] std::uint64_t unread() const {
+        const std::uint64_t read = attempts_read_;  // before attempts_, which may grow meanwhile
+        return attempts_ - read;
+    }
+
+    /// Steps without an update at the end of those that were read.
+    [[nodiscard]] std::uint64_t skipped_in_a_row() const { return skipped_in_a_row_; }
 
     [[nodiscard]] model::Model& model() { return *model_; }
     [[nodiscard]] const config::TrainConfig& config() const { return config_; }
-    /// Updates of the weights. Thread-safe, like attempts().
+    /// Updates of the weights by the steps that were read. Thread-safe, like attempts().
     [[nodiscard]] std::uint64_t steps() const { return steps_; }
 
     /// Calls of step() that ran to their end, including skipped ones.
     [[nodiscard]] std::uint64_t attempts() const { return attempts_; }
 
-    /// The result of the latest call of step() that ran to its end. Thread-safe.
+    /// The result of the latest step that was read. Thread-safe.
     [[nodiscard]] std::optional<TrainStep> last() const {
         const std::lock_guard lock(last_mutex_);
         return last_;
@@ -90,7 +117,21 @@ class Trainer {
     Trainer(vk::Context& context, const config::TrainConfig& config)
         : context_(context), config_(config) {}
     Status build(const model::ModelConfig& network);
+    Status build_optimiser();
     Status check(const TrainBatch& batch) const;
+    /// A step that ran, without what only the device knows.
+    struct Unread {
+        TrainStep step;
+        double lpips_weight = 0, scale_loss = 0;
+    };
+    Status attempt(const TrainBatch& batch, Unread& made, bool read);
+    /// All that is unread, or nothing.
+    void take(std::span<const OptimiserRead> updates);
+    [[nodiscard]] TrainStep result_of(const Unread& made, const OptimiserRead& update);
+    [[nodiscard]] Optimiser::Use taking();
+    /// Lists that a step runs, if the rasterizer's arrays hold its pairs.
+    [[nodiscard]] std::size_t lists_of_a_step() const;
+
     /// CO3D's terms of scales in a step.
     struct ScaleTerms {
         ScaleOutliers outliers;  ///< outliers of the passes so far
@@ -98,11 +139,13 @@ class Trainer {
             waiting;  ///< first objects of passes that need those of later ones
     };
 
-    /// Run the network on the objects of a pass from `first` on.
-    Status forward(const TrainBatch& batch, std::uint32_t first);
+    /// Give the network the objects of a pass from `first` on; what runs next counts as its time.
+    Status set_input(const TrainBatch& batch, std::uint32_t first, TrainStep& result);
     Status pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& terms, TrainStep& result);
-    Status render(const TrainBatch& batch, std::uint32_t object, std::uint32_t slot,
+    /// Draw `drawn_` objects of the batch in one call, those from `slot` on of the pass, and compare each.
+    Status render(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot,
                   TrainStep& result);
+    Status compare(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot);
 
     // scale_terms.cpp
     Result<std::vector<float>> read_scales(const gaussians::SetViews& set);
@@ -113,7 +156,7 @@ class Trainer {
     Status add_to_gradients(std::span<const float> scales, const ScaleOutliers& batch);
     /// Run a pass that waits once more, for the gradients of the terms alone.
     Status repeat_for_scales(const TrainBatch& batch, std::uint32_t first,
-                             const ScaleOutliers& outliers);
+                             const ScaleOutliers& outliers, TrainStep& result);
 
     vk::Context& context_;
     config::TrainConfig config_;
@@ -122,11 +165,17 @@ class Trainer {
     std::unique_ptr<raster::Rasterizer> rasterizer_;
     std::unique_ptr<RenderLoss> loss_;
     std::optional<SizeMap> sizes_;               ///< where edges are weighed by size
-    gaussians::GaussianSet scene_, grad_scene_;  ///< one object's, in passes of several
+    std::uint32_t drawn_ = 1;                    ///< objects of a rasterizer call
+    gaussians::GaussianSet scene_, grad_scene_;  ///< a call's, in passes of several calls
     vk::Buffer grad_image_, grad_depth_;
-    std::vector<vk::CommandList> copy_in_, copy_out_;  ///< one per object of such a pass
-    std::atomic<std::uint64_t> steps_ = 0;             ///< steps of optimiser_
-    std::atomic<std::uint64_t> attempts_ = 0;
+    std::vector<vk::CommandList> copy_in_, copy_out_;  ///< one per call of such a pass
+    /// Keep an object's losses, or a pass's counts of the network's output: the optimiser's notes.
+    std::vector<vk::CommandList> note_losses_, note_counts_;
+    vk::Batch batch_;
+    std::deque<Unread> unread_;
+    std::deque<TrainStep> results_;
+    std::atomic<std::uint64_t> steps_ = 0;  ///< steps of optimiser_
+    std::atomic<std::uint64_t> attempts_ = 0, attempts_read_ = 0, skipped_in_a_row_ = 0;
     mutable std::mutex last_mutex_;  ///< guards last_
     std::optional<TrainStep> last_;
 };

@@ -82,6 +82,11 @@ struct Dispatch {
 /// What a command list consists of.
 enum class CommandKind : int { kDispatch, kFill, kCopy, kBarrier, kToHost };
 
+/// What uses memory, as bits: dispatches are shaders, fills and copies are transfers.
+using Stages = std::uint32_t;
+inline constexpr Stages kShaders = 1, kTransfers = 2, kAllStages = kShaders | kTransfers;
+inline constexpr Stages kHost = 4;
+
 struct Command {
     CommandKind kind = CommandKind::kBarrier;
     std::string op;
@@ -95,7 +100,9 @@ struct Command {
     Work work;
     double seconds = 0;          ///< estimated
     KernelPace* pace = nullptr;  ///< none for barriers
-    std::size_t dispatch = 0;    ///< number of the call of Recorder::dispatch
+    std::size_t recorded = 0;    ///< number of the call of the recorder
+    Stages from = 0;             ///< barriers: what before them they order ...
+    Stages to = 0;               ///< ... against what after them
 };
 
 /// A part of a list that one submit takes: a command, or some workgroups of a dispatch, which do not conflict with the
@@ -106,6 +113,10 @@ struct Piece {
     Groups groups{1, 1, 1};
     double seconds = 0;  ///< estimated
 };
+
+inline Stages stages_of(const Command& command) {
+    return command.kind == CommandKind::kDispatch ? kShaders : kTransfers;
+}
 
 inline bool is_barrier(const Command& command) {
     return command.kind == CommandKind::kBarrier || command.kind == CommandKind::kToHost;

@@ -20,10 +20,23 @@ VkFormat texel_format(DescriptorType type) {
     }
 }
 
-VkMemoryBarrier memory_barrier(VkAccessFlags from, VkAccessFlags to) {
-    VkMemoryBarrier barrier{
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER, .srcAccessMask = from, .dstAccessMask = to};
-    return barrier;
+VkFlags flags_of(Stages stages, VkFlags shaders, VkFlags transfers, VkFlags host) {
+    return ((stages & kShaders) != 0 ? shaders : 0) | ((stages & kTransfers) != 0 ? transfers : 0) |
+           ((stages & kHost) != 0 ? host : 0);
+}
+
+VkPipelineStageFlags pipeline_stages(Stages stages) {
+    return flags_of(stages, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                    VK_PIPELINE_STAGE_HOST_BIT);
+}
+
+VkAccessFlags writes_of(Stages stages) {
+    return flags_of(stages, VK_ACCESS_SHADER_WRITE_BIT, VK_ACCESS_TRANSFER_WRITE_BIT, 0);
+}
+
+VkAccessFlags reads_of(Stages stages) {
+    return flags_of(stages, VK_ACCESS_SHADER_READ_BIT, VK_ACCESS_TRANSFER_READ_BIT,
+                    VK_ACCESS_HOST_READ_BIT);
 }
 
 }  // namespace
@@ -235,22 +248,14 @@ void CommandList::Objects::encode(VkCommandBuffer to, const Command& command, co
             vk.vkCmdCopyBuffer(to, from.buffer, target.buffer, 1, &region);
             break;
         }
-        case CommandKind::kBarrier: {
-            const VkPipelineStageFlags work =
-                VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
-            const VkMemoryBarrier barrier =
-                memory_barrier(VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT,
-                               VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT |
-                                   VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT);
-            vk.vkCmdPipelineBarrier(to, work, work, 0, 1, &barrier, 0, nullptr, 0, nullptr);
-            break;
-        }
+        case CommandKind::kBarrier:
         case CommandKind::kToHost: {
-            const VkMemoryBarrier barrier = memory_barrier(
-                VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_HOST_READ_BIT);
-            vk.vkCmdPipelineBarrier(
-                to, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
-                VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, nullptr, 0, nullptr);
+            VkMemoryBarrier barrier{};
+            barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+            barrier.srcAccessMask = writes_of(command.from);
+            barrier.dstAccessMask = reads_of(command.to) | writes_of(command.to);
+            vk.vkCmdPipelineBarrier(to, pipeline_stages(command.from), pipeline_stages(command.to),
+                                    0, 1, &barrier, 0, nullptr, 0, nullptr);
             break;
         }
     }
@@ -303,20 +308,9 @@ Result<CommandList> CommandList::create(Context& context, std::vector<Command> c
     return list;
 }
 
-Status CommandList::set_push_data(std::size_t dispatch, const PushData& push) {
+void CommandList::set_whole_from(std::size_t first) {
     SPLAT_ASSERT(objects_ != nullptr);
-    bool found = false;
-    for (Command& command : objects_->commands) {
-        if (command.kind != CommandKind::kDispatch || command.dispatch != dispatch) continue;
-        if (command.push.bytes() != push.bytes())
-            return error(Code::kInternal, "%s: %u bytes of push constants, expected %u",
-                         command.op.c_str(), push.bytes(), command.push.bytes());
-        command.push = push;
-        found = true;
-    }
-    objects_->encoded = false;
-    return found ? Status{}
-                 : error(Code::kInternal, "the command list has no dispatch %zu", dispatch);
+    objects_->whole_from = first;
 }
 
 const std::vector<Command>& CommandList::commands() const {

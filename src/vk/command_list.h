@@ -9,8 +9,7 @@ namespace splat::vk {
 
 class Context;
 
-/// A recorded list of commands, submitted any number of times. Only push data and buffer contents
-/// change between runs.
+/// A recorded list of commands, submitted any number of times. Only contents of buffers change between runs.
 ///
 /// Keeps no buffer alive: the owners of its views must outlive its last run.
 class CommandList {
@@ -20,13 +19,8 @@ class CommandList {
     /// Builds descriptor sets and command buffers. Errors: the driver's.
     static Result<CommandList> create(Context& context, std::vector<Command> commands);
 
-    /// Replace the push constants of the i-th dispatch (as Recorder::last_dispatch counted); in
-    /// force from the next run.
-    template <class Params>
-    Status set_push(std::size_t dispatch, const Params& params) {
-        return set_push_data(dispatch, PushData(params));
-    }
-    Status set_push_data(std::size_t dispatch, const PushData& push);
+    /// Once command `first` has begun, a run is not cancelled.
+    void set_whole_from(std::size_t first);
 
     [[nodiscard]] bool empty() const { return objects_ == nullptr; }
     [[nodiscard]] const std::vector<Command>& commands() const;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstdint>
 #include <vector>
 
 #include "vk/command_list.h"
@@ -53,7 +54,15 @@ struct CommandList::Objects : NoCopy {
     Device* device = nullptr;
     Pipelines* pipelines = nullptr;
     std::vector<Command> commands;
+    /// True if a run that has submitted the segments before `segment` must go on to its end.
+    [[nodiscard]] bool goes_on(std::size_t segment) const {
+        return segment == now.segments.size()
+                   ? whole_from < commands.size()
+                   : now.pieces[now.segments[segment].first].command > whole_from;
+    }
+
     ListCut now;
+    std::size_t whole_from = SIZE_MAX;  ///< command
     std::vector<VkBufferView> texel_views;
     VkDescriptorPool descriptors = VK_NULL_HANDLE;
     VkCommandPool command_pool = VK_NULL_HANDLE;

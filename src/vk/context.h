@@ -1,9 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 
+#include "vk/batch.h"
 #include "vk/device_mutex.h"
 #include "vk/recorder.h"
 #include "vk/submit.h"
@@ -49,14 +53,14 @@ class Context : NoCopy {
 
     [[nodiscard]] bool profiles_levels() const { return profile_levels_; }
 
-    /// Run a recorded list and add its times to the profile.
-    Status run(CommandList& list) {
-        SPLAT_TRY(make_ready(list));
-        return queue_->run(list, counting());
-    }
+    /// Run a recorded list and add its times to the profile; within a BatchScope, note it.
+    Status run(CommandList& list);
 
     /// While true, lists and transfers are left out of the profile.
     bool unprofiled = false;
+
+    /// Lists noted within a BatchScope add their share of the time to it, by what their kernels are known to take.
+    double* charge = nullptr;
 
     /// Wait for a list that timed out before, if there is one.
     Status settle() { return queue_->settle(); }
@@ -66,6 +70,24 @@ class Context : NoCopy {
     /// Errors: those of Queue::run and Memory::allocate.
     Status write(const BufferView& view, const void* data, std::uint64_t bytes);
     Status read(const BufferView& view, void* data, std::uint64_t bytes);
+
+    /// Call `use` with what the view holds now, once that is known: at once, or within a BatchScope when what it noted
+    /// has run, in the order of these calls. It is never called if that fails.
+    using Use = std::function<void(std::span<const std::byte>)>;
+    Status read_later(const BufferView& view, std::uint64_t bytes, Use use);
+
+    /// Whether a transfer of so many bytes can be noted in a BatchScope without running what is noted before it.
+    [[nodiscard]] bool stages(std::uint64_t bytes) const;
+
+    /// Run what BatchScopes have noted so far. Errors: those of Queue::run.
+    Status flush();
+
+    /// Number of the work that is noted now; 0 if there is none.
+    [[nodiscard]] std::uint64_t noted() const { return noted_.empty() ? 0 : number_; }
+    /// True if noted work of this number did not run to its end. What was to come from it is then not there.
+    [[nodiscard]] bool dropped(std::uint64_t number) const {
+        return std::ranges::binary_search(dropped_, number);
+    }
 
     /// Fill a view with a 32-bit word, on the device.
     Status fill(const BufferView& view, std::uint32_t word);
@@ -77,6 +99,7 @@ class Context : NoCopy {
     DeviceMutex mutex;
 
   private:
+    friend class BatchScope;
     Context() = default;
     [[nodiscard]] Profile* counting() { return unprofiled ? nullptr : profile(); }
     Status transfer(const BufferView& view, std::byte* to, const std::byte* from,
@@ -90,9 +113,29 @@ class Context : NoCopy {
     std::unique_ptr<Pipelines> pipelines_;
     std::unique_ptr<Queue> queue_;
     Status reserve_staging(std::uint64_t bytes);
+    Status run_now(CommandList& list) {
+        SPLAT_TRY(make_ready(list));
+        return queue_->run(list, counting());
+    }
+    void note(Noted noted);
+    /// Staging memory for a noted copy; runs what is noted where that leaves too little.
+    Result<BufferView> stage(std::uint64_t bytes);
+    /// Forget noted work that did not run, but for writes, which callers take for done.
+    void drop(std::vector<Noted> work) noexcept;
+    void nothing_noted() noexcept;
 
     /// Kept between transfers: drivers of discrete devices take milliseconds to pin a new one.
     std::optional<Buffer> staging_;
+    Batch* batch_ = nullptr;  ///< lists of the outermost BatchScope
+    std::vector<Noted> noted_;
+    std::uint64_t staged_ = 0;  ///< bytes of staging_ that noted copies use
+    struct Later {
+        BufferView stage;
+        Use use;
+    };
+    std::vector<Later> later_;
+    std::uint64_t number_ = 1;            ///< number of the work to note next
+    std::vector<std::uint64_t> dropped_;  ///< numbers, rising
     Profile profile_;
     ContextDesc desc_;
     std::uint64_t timeout_ns_ = 0;

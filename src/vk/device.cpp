@@ -11,6 +11,7 @@
 #include "core/parallel.h"
 #include "vk/device_choice.h"
 #include "vk/device_exit.h"
+#include "vk/external_memory.h"
 
 namespace splat::vk {
 namespace {
@@ -66,8 +67,8 @@ std::uint32_t sort_shared_bytes(const DeviceLimits& limits) {
 }
 
 /// Whether a family's fast kernels may run. Those of networks read 8 lanes through constant shuffles
-/// (shaders/ops/linear_forward_fast.comp), so they need subgroups of 8 or more. Of those that blend only one needs
-/// more of a subgroup (blend.cpp).
+/// (shaders/ops/conv2d_forward_fast.comp), so they need subgroups of 8 or more. Those that blend need more of a
+/// subgroup, too (blend.cpp).
 bool suits(const DeviceInfo& info, Family family) {
     const DeviceLimits& limits = info.limits;
     if (limits.max_group_invocations < kFastInvocations) return false;
@@ -181,6 +182,7 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
                     .vulkan_version = core.apiVersion,
                     .driver_version = core.driverVersion};
     std::copy_n(p11.deviceUUID, VK_UUID_SIZE, info.uuid.begin());
+    std::copy_n(p11.driverUUID, VK_UUID_SIZE, info.driver_uuid.begin());
     std::copy_n(core.pipelineCacheUUID, VK_UUID_SIZE, info.cache_uuid.begin());
 
     DeviceLimits& limits = info.limits;
@@ -212,7 +214,9 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
         info.kind != DeviceKind::kCpu && p12.shaderSignedZeroInfNanPreserveFloat32 == VK_TRUE;
     info.features.many_registers = info.kind == DeviceKind::kCpu && host_has_many_registers();
     info.features.large_code_cache = info.kind == DeviceKind::kCpu && host_has_large_code_cache();
+    info.features.external_memory = has_external_memory(instance, physical);
     info.features.packed_stores = host_prefers_packed_stores();
+    info.features.levels = info.kind != DeviceKind::kCpu;  // these find recent data in their caches
 
     VkPhysicalDeviceMemoryProperties memory{};
     instance.get_memory_properties(physical, &memory);
@@ -299,6 +303,12 @@ Result<std::vector<DeviceInfo>> describe_devices(const Instance& instance) {
 Result<std::unique_ptr<Device>> Device::create(const DeviceDesc& desc) {
     SPLAT_ASSIGN(const std::shared_ptr<Instance> instance, Instance::get(desc.validation));
     SPLAT_ASSIGN(std::vector<DeviceInfo> infos, describe_devices(*instance));
+    if (const auto levels = environment("SPLAT_LEVELS")) {
+        if (*levels != "0" && *levels != "1")
+            return invalid("environment variable SPLAT_LEVELS is '%s', expected 0 or 1",
+                           levels->c_str());
+        for (DeviceInfo& info : infos) info.features.levels = *levels == "1";
+    }
     if (desc.fake) {
         for (DeviceInfo& info : infos) {
             desc.fake(info);
@@ -384,12 +394,14 @@ Status Device::open() {
                             .pNext = &wanted,
                             .queueCreateInfoCount = 1,
                             .pQueueCreateInfos = &queue};
+    std::vector<const char*> extensions;
     // A driver of a part of Vulkan wants to be told that this is known.
-    const char* const subset = "VK_KHR_portability_subset";
-    if (instance_->has_extension(physical_, subset)) {
-        info.enabledExtensionCount = 1;
-        info.ppEnabledExtensionNames = &subset;
-    }
+    if (const char* const subset = "VK_KHR_portability_subset";
+        instance_->has_extension(physical_, subset))
+        extensions.push_back(subset);
+    if (info_.features.external_memory) extensions.push_back(kExternalMemoryExtension);
+    info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
+    info.ppEnabledExtensionNames = extensions.data();
     const VkResult result = SPLAT_FAULT("vk.create_device")
                                 ? VK_ERROR_OUT_OF_DEVICE_MEMORY
                                 : instance_->create_device(physical_, &info, nullptr, &device_);
@@ -428,6 +440,11 @@ Status Device::check(VkResult result, const char* call) {
             return error(Code::kDeviceLost,
                          "%s: device %u (%s) was lost; destroy it and create it again", call,
                          info_.index, info_.name.c_str());
+        case VK_ERROR_INVALID_EXTERNAL_HANDLE:
+            return invalid(
+                "%s failed with %s: the handle is none of memory that device %u (%s) opens, or "
+                "its memory has another size",
+                call, result_name(result), info_.index, info_.name.c_str());
         case VK_ERROR_FEATURE_NOT_PRESENT:
         case VK_ERROR_EXTENSION_NOT_PRESENT:
             return unsupported("%s failed with %s on device %u (%s)", call, result_name(result),

@@ -74,6 +74,9 @@ struct DeviceFeatures {
     bool large_code_cache = false;  ///< a CPU whose instruction cache holds loops of 40 KB
     bool packed_stores = true;  ///< false on CPUs that store pairs of floats slowly, see store.glsl
     bool nan_mode = false;      ///< takes the mode of keep_nan.glsl; CPUs need none
+    bool levels =
+        false;  ///< lists run in levels of dependency, see levels.h; SPLAT_LEVELS overrides it
+    bool external_memory = false;  ///< see external_memory.h
 };
 
 struct DeviceInfo {
@@ -90,6 +93,7 @@ struct DeviceInfo {
     std::uint32_t vulkan_version = 0;
     std::uint32_t driver_version = 0;
     std::array<std::uint8_t, VK_UUID_SIZE> uuid{};
+    std::array<std::uint8_t, VK_UUID_SIZE> driver_uuid{};
     std::array<std::uint8_t, VK_UUID_SIZE> cache_uuid{};  ///< pipelineCacheUUID
     DeviceLimits limits;
     DeviceFeatures features;

@@ -26,12 +26,6 @@ auto driver_order(const DeviceInfo& info) {
     return std::tuple(driver_rank(info), amdvlk, info.index);
 }
 
-std::string uuid_text(const std::array<std::uint8_t, VK_UUID_SIZE>& uuid) {
-    std::string text;
-    for (const std::uint8_t byte : uuid) text += format("%02x", byte);
-    return text;
-}
-
 std::string selection_text(const DeviceDesc& desc) {
     switch (desc.select) {
         case DeviceSelect::kByIndex:
@@ -61,6 +55,12 @@ bool fits(const DeviceDesc& desc, const DeviceInfo& info) {
 }
 
 }  // namespace
+
+std::string uuid_text(const std::array<std::uint8_t, VK_UUID_SIZE>& uuid) {
+    std::string text;
+    for (const std::uint8_t byte : uuid) text += format("%02x", byte);
+    return text;
+}
 
 void pass_over(std::vector<DeviceInfo>& infos) {
     for (DeviceInfo& info : infos) {

@@ -17,4 +17,7 @@ void pass_over(std::vector<DeviceInfo>& infos);
 Result<std::vector<std::uint32_t>> devices_to_try(const DeviceDesc& desc,
                                                   const std::vector<DeviceInfo>& infos);
 
+/// 32 digits.
+std::string uuid_text(const std::array<std::uint8_t, VK_UUID_SIZE>& uuid);
+
 }  // namespace splat::vk

@@ -40,6 +40,9 @@ class DeviceMutex : NoCopy {
     /// since it asked for the mutex, or since its DeviceCall began.
     [[nodiscard]] Status check() const;
 
+    /// True while an Uncancelled lives.
+    [[nodiscard]] bool uncancelled() const { return uncancelled_; }
+
     /// Call `body` with the mutex held. Errors: also those of check().
     template <class Body>
     auto call(Body&& body) -> decltype(body()) {
@@ -65,6 +68,7 @@ class DeviceMutex : NoCopy {
 };
 
 /// While it lives, the holder's work is not cancelled: for lists that must all run or none.
+/// A list that is noted meanwhile is cancelled until it begins, and then runs to its end.
 class Uncancelled : NoCopy {
   public:
     explicit Uncancelled(DeviceMutex& mutex) : mutex_(mutex) { mutex_.uncancelled_ = true; }

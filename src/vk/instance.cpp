@@ -294,6 +294,7 @@ Status Instance::load_functions() {
         !load(get_features2, "vkGetPhysicalDeviceFeatures2") ||
         !load(get_memory_properties, "vkGetPhysicalDeviceMemoryProperties") ||
         !load(get_queue_families, "vkGetPhysicalDeviceQueueFamilyProperties") ||
+        !load(get_external_buffer, "vkGetPhysicalDeviceExternalBufferProperties") ||
         !load(create_device, "vkCreateDevice") ||
         !load(get_extensions, "vkEnumerateDeviceExtensionProperties"))
         return error(Code::kNoDevice,

@@ -30,6 +30,7 @@ class Instance : NoCopy {
     PFN_vkGetPhysicalDeviceFeatures2 get_features2 = nullptr;
     PFN_vkGetPhysicalDeviceMemoryProperties get_memory_properties = nullptr;
     PFN_vkGetPhysicalDeviceQueueFamilyProperties get_queue_families = nullptr;
+    PFN_vkGetPhysicalDeviceExternalBufferProperties get_external_buffer = nullptr;
     PFN_vkCreateDevice create_device = nullptr;
     PFN_vkEnumerateDeviceExtensionProperties get_extensions = nullptr;
 

@@ -23,10 +23,6 @@ std::uint64_t default_budget(const DeviceInfo& info) {
     return static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page_bytes) / 4 * 3;
 }
 
-constexpr VkBufferUsageFlags kUsage =
-    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT |
-    VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-
 void fill_words(std::byte* at, std::uint64_t bytes, std::uint32_t word) {
     for (std::uint64_t i = 0; i + 4 <= bytes; i += 4) std::memcpy(at + i, &word, 4);
 }
@@ -74,7 +70,7 @@ std::vector<std::uint32_t> Memory::memory_types(std::uint32_t allowed, MemoryKin
         VK_MEMORY_PROPERTY_DEVICE_COHERENT_BIT_AMD | VK_MEMORY_PROPERTY_DEVICE_UNCACHED_BIT_AMD;
     const DeviceInfo& info = device_.info();
     std::vector<VkMemoryPropertyFlags> wishes{kRead, kVisible};
-    if (kind == MemoryKind::kDevice) {
+    if (kind != MemoryKind::kStaging) {
         wishes = {kLocal};
         if (info.features.unified_memory) wishes = {kLocal | kRead, kLocal | kVisible, kLocal};
         if (info.kind != DeviceKind::kDiscrete) wishes.push_back(0);
@@ -91,10 +87,12 @@ std::vector<std::uint32_t> Memory::memory_types(std::uint32_t allowed, MemoryKin
 }
 
 /// Give a buffer its memory, of the next type where one has no room left. Returns what the type has.
-Result<VkMemoryPropertyFlags> Memory::allocate_memory(Block& block) const {
+Result<VkMemoryPropertyFlags> Memory::allocate_memory(Block& block,
+                                                      const ExternalMemory* from) const {
     VkMemoryRequirements needs{};
     device_.vk.vkGetBufferMemoryRequirements(device_.handle(), block.buffer, &needs);
-    const std::vector<std::uint32_t> types = memory_types(needs.memoryTypeBits, block.kind);
+    std::vector<std::uint32_t> types = memory_types(needs.memoryTypeBits, block.kind);
+    if (from != nullptr) SPLAT_TRY(check_import(*from, needs, types));
     if (types.empty())
         return unsupported(
             "the device has no memory type for storage buffers that the host can see");
@@ -104,30 +102,38 @@ Result<VkMemoryPropertyFlags> Memory::allocate_memory(Block& block) const {
     for (const std::uint32_t type : types) {
         const VkMemoryType& found = memory.memoryTypes[type];
         if (type != types[0] && memory.memoryHeaps[found.heapIndex].size < needs.size) continue;
-        const VkMemoryAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                            .pNext = nullptr,
-                                            .allocationSize = needs.size,
-                                            .memoryTypeIndex = type};
-        if (!fault)
+        VkMemoryAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                      .pNext = nullptr,
+                                      .allocationSize = needs.size,
+                                      .memoryTypeIndex = type};
+        if (!fault && block.kind == MemoryKind::kExternal)
+            result = allocate_external(device_, allocate, from, block.memory);
+        else if (!fault)
             result =
                 device_.vk.vkAllocateMemory(device_.handle(), &allocate, nullptr, &block.memory);
         if (result != VK_ERROR_OUT_OF_DEVICE_MEMORY) {
             SPLAT_TRY(device_.check(result, "vkAllocateMemory"));
+            if (from == nullptr && block.kind == MemoryKind::kExternal)
+                block.memory_bytes = needs.size;
+            block.memory_type = type;
             return found.propertyFlags;
         }
     }
     return device_.check(result, "vkAllocateMemory");
 }
 
-Status Memory::make_block(Block& block, std::uint64_t bytes) {
-    VkBufferCreateInfo info{
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = kUsage};
+Status Memory::make_block(Block& block, std::uint64_t bytes, const ExternalMemory* from) {
+    const bool external = block.kind == MemoryKind::kExternal;
+    VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                            .pNext = external ? &kExternalBuffer : nullptr,
+                            .size = bytes,
+                            .usage = kBufferUsage};
     SPLAT_TRY(device_.check(
         SPLAT_FAULT("vk.create_buffer")
             ? VK_ERROR_OUT_OF_DEVICE_MEMORY
             : device_.vk.vkCreateBuffer(device_.handle(), &info, nullptr, &block.buffer),
         "vkCreateBuffer"));
-    SPLAT_ASSIGN(const VkMemoryPropertyFlags flags, allocate_memory(block));
+    SPLAT_ASSIGN(const VkMemoryPropertyFlags flags, allocate_memory(block, from));
     SPLAT_TRY(device_.check(
         device_.vk.vkBindBufferMemory(device_.handle(), block.buffer, block.memory, 0),
         "vkBindBufferMemory"));
@@ -151,13 +157,14 @@ Status Memory::make_block(Block& block, std::uint64_t bytes) {
     return {};
 }
 
-Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::string_view name) {
+Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::string_view name,
+                                 const ExternalMemory* from) {
     const std::uint64_t limit = device_.info().limits.max_allocation_bytes;
     if (bytes > limit)
         return unsupported("%.*s: %llu bytes, but device %u (%s) allocates at most %llu at once",
                            static_cast<int>(name.size()), name.data(), llu(bytes),
                            device_.info().index, device_.info().name.c_str(), llu(limit));
-    const bool counts = kind == MemoryKind::kDevice;
+    const bool counts = kind != MemoryKind::kStaging;
     const std::uint64_t budget = std::min(use_.budget, limit_);
     if (counts && (use_.used > budget || bytes > budget - use_.used))
         return error(Code::kOutOfDeviceMemory,
@@ -169,14 +176,14 @@ Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::stri
     // Whole blocks while they fit in the budget, so that small tensors share one. Larger ones would waste the rest.
     std::uint64_t size = bytes;
     if (bytes <= desc_.block_bytes / 4) size = std::min(desc_.block_bytes, limit);
-    if (kind == MemoryKind::kStaging) size = bytes;  // a context has one buffer
+    if (kind != MemoryKind::kDevice) size = bytes;  // staging buffers are few
     if (counts && size > budget - use_.used) size = bytes;
 
     blocks_.reserve(blocks_.size() + 1);
     auto block = std::make_unique<Block>();
     block->kind = kind;
     block->free.emplace(0, Block::Range{size, 0});
-    Status status = make_block(*block, size);
+    Status status = make_block(*block, size, from);
     if (!status.ok()) {
         destroy(*block);
         return status;
@@ -210,8 +217,14 @@ std::optional<std::uint64_t> Memory::take(Block& block, std::uint64_t bytes,
     return std::nullopt;
 }
 
+void Memory::count_live(const Block& block, std::uint64_t offset) {
+    if (block.kind == MemoryKind::kStaging) return;
+    const std::lock_guard lock(use_mutex_);
+    use_.live += block.live.at(offset).bytes;
+}
+
 void Memory::prepare(const Block& block, std::uint64_t offset) const {
-    if (block.host == nullptr) return;
+    if (block.host == nullptr || block.kind == MemoryKind::kExternal) return;
     const Block::Range& range = block.live.at(offset);
     if (desc_.poison) fill_words(block.host + offset, range.bytes, *desc_.poison);
     if (guard_bytes_ == 0) return;
@@ -221,7 +234,7 @@ void Memory::prepare(const Block& block, std::uint64_t offset) const {
 }
 
 std::optional<std::uint64_t> Memory::broken_guard(const Block& block, std::uint64_t offset) const {
-    if (block.host == nullptr || guard_bytes_ == 0) return std::nullopt;
+    if (block.host == nullptr || guard(block.kind) == 0) return std::nullopt;
     const Block::Range& range = block.live.at(offset);
     const std::uint64_t start = offset + guard_bytes_;
     for (std::uint64_t at = offset; at < offset + range.bytes; at += 4) {
@@ -237,41 +250,39 @@ Result<Buffer> Memory::allocate(std::uint64_t bytes, MemoryKind kind, std::strin
     SPLAT_ASSERT(bytes > 0);
     SPLAT_TRY(device_.alive());
     const std::uint64_t payload = round_up(bytes, 16);
-    const std::uint64_t total = round_up(payload + 2 * guard_bytes_, alignment_);
+    const std::uint64_t total = round_up(payload + 2 * guard(kind), alignment_);
+    if (kind == MemoryKind::kExternal) SPLAT_TRY(check_external(device_));
     Block* block = nullptr;
     std::optional<std::uint64_t> offset;
     for (const auto& candidate : blocks_) {
-        if (candidate->kind != kind) continue;
+        if (candidate->kind != kind || kind == MemoryKind::kExternal) continue;
         offset = take(*candidate, total, payload);
         block = candidate.get();
         if (offset) break;
     }
     if (!offset) {
-        SPLAT_ASSIGN(block, add_block(total, kind, name));
+        SPLAT_ASSIGN(block, add_block(total, kind, name, nullptr));
         offset = take(*block, total, payload);
     }
-    if (kind == MemoryKind::kDevice) {
-        const std::lock_guard lock(use_mutex_);
-        use_.live += total;
-    }
+    count_live(*block, *offset);
     prepare(*block, *offset);
-    BufferView range{.block = block,
-                     .buffer = block->buffer,
-                     .offset = *offset + guard_bytes_,
-                     .bytes = payload};
+    BufferView range{
+        .block = block, .buffer = block->buffer, .offset = *offset + guard(kind), .bytes = payload};
     return Buffer(this, range);
 }
 
 void Memory::release(const BufferView& view) noexcept {
     Block& block = *view.block;
-    const std::uint64_t offset = view.offset - guard_bytes_;
+    // Imported memory has its bytes anywhere in the only range.
+    const std::uint64_t offset =
+        block.kind == MemoryKind::kExternal ? 0 : view.offset - guard_bytes_;
     if (const auto broken = broken_guard(block, offset)) broken_ = broken;
     Block::Range& range = block.live.find(offset)->second;
-    if (block.kind == MemoryKind::kDevice) {
+    if (block.kind != MemoryKind::kStaging) {
         const std::lock_guard lock(use_mutex_);
         use_.live -= range.bytes;
     }
-    if (defer_) {
+    if (defer_ != 0) {
         range.deferred = true;
         ++deferred_;
         return;
@@ -303,7 +314,7 @@ void Memory::give_back(Block& block, std::uint64_t offset) noexcept {
 void Memory::drop_if_empty(Block& block) noexcept {
     if (!block.live.empty()) return;
     const auto at = std::ranges::find_if(blocks_, [&](const auto& b) { return b.get() == &block; });
-    if (block.kind == MemoryKind::kDevice) {
+    if (block.kind != MemoryKind::kStaging) {
         const std::lock_guard lock(use_mutex_);
         use_.used -= block.bytes;
         --use_.allocations;
@@ -312,9 +323,10 @@ void Memory::drop_if_empty(Block& block) noexcept {
     blocks_.erase(at);
 }
 
-void Memory::defer_frees(bool defer) noexcept {
-    defer_ = defer;
-    if (defer || deferred_ == 0) return;
+void Memory::defer_frees(Deferral why, bool defer) noexcept {
+    const auto bit = static_cast<unsigned>(why);
+    defer_ = defer ? defer_ | bit : defer_ & ~bit;
+    if (defer_ != 0 || deferred_ == 0) return;
     for (std::size_t i = blocks_.size(); i-- > 0;) {
         Block& block = *blocks_[i];
         for (auto at = block.live.begin(); at != block.live.end();) {

@@ -9,14 +9,16 @@
 #include <vector>
 
 #include "vk/buffer.h"
+#include "vk/external_memory.h"
 
 namespace splat::vk {
 
 enum class MemoryKind : int {
     kDevice = 0,   ///< fastest for shaders; mapped only on unified memory
     kStaging = 1,  ///< host-visible, cached if possible; for transfers
+    kExternal =
+        2,  ///< device memory of one buffer, which other APIs and processes open; see external_memory.h
 };
-inline constexpr std::size_t kMemoryKinds = 2;
 
 /// One VkDeviceMemory and the VkBuffer that covers it.
 struct Block {
@@ -26,6 +28,8 @@ struct Block {
     std::uint64_t bytes = 0;
     std::byte* host = nullptr;  ///< whole block mapped, or nullptr
     bool coherent = true;
+    std::uint64_t memory_bytes = 0;  ///< allocated size, where it can be exported; else 0
+    std::uint32_t memory_type = 0;   ///< index of the memory type
 
     struct Range {
         std::uint64_t bytes;    ///< guards and padding included
@@ -69,6 +73,16 @@ class Memory : NoCopy {
     /// `name` appears in the message.
     Result<Buffer> allocate(std::uint64_t bytes, MemoryKind kind, std::string_view name);
 
+    /// A handle of the memory of a buffer of kExternal, which the caller closes. It keeps the memory alive, whatever
+    /// becomes of the buffer. Errors: kInvalidState for other memory; the driver's.
+    Result<ExternalMemory> export_memory(const BufferView& view);
+
+    /// A buffer of `bytes` in memory that another process or API exported. The handle stays the caller's. Errors:
+    /// kInvalidArgument (no handle of memory of this device and driver, too little memory, offset), kUnsupported, and
+    /// those of allocate().
+    Result<Buffer> import_memory(const ExternalMemory& from, std::uint64_t bytes,
+                                 std::string_view name);
+
     /// Thread-safe; waits for no other call.
     [[nodiscard]] MemoryUse use() const;
 
@@ -87,8 +101,10 @@ class Memory : NoCopy {
     /// Keep `used` at or below so many bytes, if the budget is more. Returns the limit before.
     std::uint64_t set_limit(std::uint64_t bytes) { return std::exchange(limit_, bytes); }
 
-    /// While true, freed ranges are not reused, because the device may still be using them.
-    void defer_frees(bool defer) noexcept;
+    /// Why the device may still use freed ranges: by work that runs, or by work that is noted.
+    enum class Deferral : unsigned { kRunning = 1, kNoted = 2 };
+    /// While there is a reason, freed ranges are not reused.
+    void defer_frees(Deferral why, bool defer) noexcept;
 
     /// kInternal, naming the offset, if a guard word of a living buffer, or of one freed since the
     /// last call, was overwritten. Always ok without guards.
@@ -99,12 +115,18 @@ class Memory : NoCopy {
     void release(const BufferView& view) noexcept;
     void give_back(Block& block, std::uint64_t offset) noexcept;
     void drop_if_empty(Block& block) noexcept;
-    Result<Block*> add_block(std::uint64_t bytes, MemoryKind kind, std::string_view name);
+    /// `from`: import its memory; else nullptr.
+    Result<Block*> add_block(std::uint64_t bytes, MemoryKind kind, std::string_view name,
+                             const ExternalMemory* from);
+    void count_live(const Block& block, std::uint64_t offset);
+    [[nodiscard]] std::uint64_t guard(MemoryKind kind) const {
+        return kind == MemoryKind::kExternal ? 0 : guard_bytes_;  // others know no guards
+    }
     std::optional<std::uint64_t> take(Block& block, std::uint64_t bytes, std::uint64_t payload);
     [[nodiscard]] std::vector<std::uint32_t> memory_types(std::uint32_t allowed,
                                                           MemoryKind kind) const;
-    Result<VkMemoryPropertyFlags> allocate_memory(Block& block) const;
-    Status make_block(Block& block, std::uint64_t bytes);
+    Result<VkMemoryPropertyFlags> allocate_memory(Block& block, const ExternalMemory* from) const;
+    Status make_block(Block& block, std::uint64_t bytes, const ExternalMemory* from);
     void destroy(Block& block) noexcept;
     [[nodiscard]] VkMappedMemoryRange mapped_range(const BufferView& view) const;
     void prepare(const Block& block, std::uint64_t offset) const;
@@ -119,7 +141,7 @@ class Memory : NoCopy {
     MemoryUse use_;
     std::uint64_t limit_ = ~std::uint64_t{0};
     std::vector<std::unique_ptr<Block>> blocks_;
-    bool defer_ = false;
+    unsigned defer_ = 0;                   ///< Deferral, as bits
     std::size_t deferred_ = 0;             ///< ranges freed but not yet reusable
     std::optional<std::uint64_t> broken_;  ///< offset of a broken guard of a freed buffer
 };

@@ -1,9 +1,11 @@
 #include "vk/recorder.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "vk/context.h"
 #include "vk/hazard.h"
+#include "vk/levels.h"
 #include "vk/shaders.h"
 
 namespace splat::vk {
@@ -133,8 +135,8 @@ Status Recorder::dispatch(const Dispatch& dispatch) {
     SPLAT_ASSIGN(command.pipeline, context_.pipelines().get(module->name, dispatch.constants));
     SPLAT_TRY(check_declarations(command, dispatch.may_alias));
     SPLAT_TRY(check_limits(command));
-    command.dispatch = dispatches_++;
-    return add(std::move(command), used);
+    add(std::move(command), used);
+    return {};
 }
 
 Status Recorder::fill(const BufferView& view, std::uint32_t word) {
@@ -145,7 +147,8 @@ Status Recorder::fill(const BufferView& view, std::uint32_t word) {
     command.accesses = {write(view)};
     command.fill_word = word;
     command.work.bytes = static_cast<double>(view.bytes);
-    return add(std::move(command), kernels());
+    add(std::move(command), kernels());
+    return {};
 }
 
 Status Recorder::copy(const BufferView& from, const BufferView& to) {
@@ -158,44 +161,24 @@ Status Recorder::copy(const BufferView& from, const BufferView& to) {
     command.op = "copy";
     command.accesses = {read(from), write(to)};
     command.work.bytes = 2.0 * static_cast<double>(from.bytes);
-    return add(std::move(command), kernels());
+    add(std::move(command), kernels());
+    return {};
 }
 
-bool Recorder::conflicts(const Command& command) const {
-    for (const Access& next : command.accesses)
-        for (const Access& before : pending_)
-            if ((writes(next.use) || writes(before.use)) && next.view.overlaps(before.view))
-                return true;
-    return false;
-}
-
-void Recorder::barrier() {
-    commands_.emplace_back();
-    commands_.back().op = "barrier";
-    pending_.clear();
-}
-
-Status Recorder::add(Command command, Kernels kernels) {
+void Recorder::add(Command command, Kernels kernels) {
     const bool dispatches = command.kind == CommandKind::kDispatch;
     command.seconds = estimated_seconds(device(), kernels, command.work);
     command.pace = &context_.device().pace.of(dispatches ? command.shader : command.op);
     if (dispatches && bounds) command.pace->bound = true;
-    if (commands_.empty()) barrier();  // against the previous list
-    if (!omit_barriers && conflicts(command)) barrier();
-    pending_.insert(pending_.end(), command.accesses.begin(), command.accesses.end());
+    command.recorded = commands_.size();
     commands_.push_back(std::move(command));
-    return {};
 }
 
 Result<CommandList> Recorder::finish() {
-    Command to_host;
-    to_host.kind = CommandKind::kToHost;
-    to_host.op = "to_host";
-    if (!commands_.empty()) commands_.push_back(std::move(to_host));
-    std::vector<Command> commands = std::move(commands_);
-    commands_.clear();
-    pending_.clear();
-    dispatches_ = 0;
+    std::vector<Command> commands = std::exchange(commands_, {});
+    std::vector<std::uint32_t> levels(commands.size(), 1);
+    if (!omit_barriers) levels = dependency_levels(commands, !device().features.levels);
+    commands = in_levels(std::move(commands), levels);
 #ifndef NDEBUG
     if (!omit_barriers) SPLAT_TRY(check_hazards(commands));
 #endif

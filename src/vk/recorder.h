@@ -9,9 +9,8 @@ class Context;
 
 /// Collects commands with declared reads and writes and turns them into a command list.
 ///
-/// Barriers are derived: a command that conflicts (byte ranges overlap, one of the two writes) with
-/// one recorded since the last barrier gets a barrier before it. No memory is allocated on the
-/// device while recording; operators take workspaces as views.
+/// Barriers are derived, see levels.h. No memory is allocated on the device while recording; operators take workspaces
+/// as views.
 ///
 /// The list is cut into segments, one a submit, see pace.h. A dispatch that takes longer than one is split by its
 /// groups, so shaders must not use gl_NumWorkGroups.
@@ -35,22 +34,15 @@ class Recorder {
     [[nodiscard]] const DeviceInfo& device() const;
     [[nodiscard]] Kernels kernels(Family family = Family::kNetwork) const;
 
-    /// Position of the latest dispatch, for CommandList::set_push.
-    [[nodiscard]] std::size_t last_dispatch() const { return dispatches_ - 1; }
-
     bool omit_barriers = false;  ///< tests: record a wrong list
     bool bounds = false;         ///< the work of dispatches is a bound, see KernelPace::bound
 
   private:
-    Status add(Command command, Kernels kernels);
+    void add(Command command, Kernels kernels);
     Status check_limits(const Command& command) const;
-    [[nodiscard]] bool conflicts(const Command& command) const;
-    void barrier();
 
     Context& context_;
     std::vector<Command> commands_;
-    std::vector<Access> pending_;  ///< accesses since the last barrier
-    std::size_t dispatches_ = 0;
 };
 
 /// The module of a stem; the plain one where the kernels have none of their own, nullptr for an unknown stem.

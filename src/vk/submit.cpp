@@ -17,7 +17,7 @@ Queue::~Queue() {
 
 Status Queue::make_ready(CommandList& list) {
     SPLAT_TRY(device_.alive());
-    SPLAT_TRY(settle());  // a running list must not be encoded again
+    SPLAT_TRY(settle());
     if (list.objects_ == nullptr || list.objects_->encoded) return {};
     for (const Command& command : list.objects_->commands) {
         if (command.pipeline == nullptr) continue;
@@ -37,14 +37,14 @@ Status Queue::run(CommandList& list, Profile* profile) {
     for (std::size_t i = 0; i < objects.now.segments.size(); ++i) {
         if (i >= objects.fences.size()) {
             SPLAT_TRY(wait(list.objects_, i + 1 - objects.fences.size()));
-            if (!mutex_.check().ok()) break;
+            if (!objects.goes_on(i) && !mutex_.check().ok()) break;
             if (objects.slow) objects.renew(i);
         }
         SPLAT_TRY(submit(objects, i));
     }
     SPLAT_TRY(wait(list.objects_, objects.submitted));
     objects.ran = true;
-    SPLAT_TRY(mutex_.check());
+    if (!objects.goes_on(objects.submitted)) SPLAT_TRY(mutex_.check());
     if (profile == nullptr || objects.now.queries == VK_NULL_HANDLE) return {};
     try {
         return read_times(objects, *profile);
@@ -55,8 +55,9 @@ Status Queue::run(CommandList& list, Profile* profile) {
 
 Status Queue::submit(CommandList::Objects& objects, std::size_t segment) {
     VkFence& fence = objects.fences[segment % objects.fences.size()];
-    SPLAT_TRY(
-        device_.check(device_.vk.vkResetFences(device_.handle(), 1, &fence), "vkResetFences"));
+    SPLAT_TRY(naming_work(
+        device_.check(device_.vk.vkResetFences(device_.handle(), 1, &fence), "vkResetFences"),
+        objects));
     VkSubmitInfo info{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                       .commandBufferCount = 1,
                       .pCommandBuffers = &objects.now.buffers[segment]};
@@ -69,7 +70,7 @@ Status Queue::submit(CommandList::Objects& objects, std::size_t segment) {
         return {};
     }
     if (segment > 0) device_.vk.vkQueueWaitIdle(device_.queue());  // the segment before is running
-    return device_.check(result, "vkQueueSubmit");
+    return naming_work(device_.check(result, "vkQueueSubmit"), objects);
 }
 
 /// Wait in pieces: a stop of the process, or sleep of the machine, ends one piece and not the whole wait.
@@ -109,18 +110,50 @@ Status Queue::wait(const std::shared_ptr<CommandList::Objects>& objects, std::si
     if (result == VK_SUCCESS) {
         if (objects->ended < objects->submitted) return {};
         pending_ = nullptr;
-        memory_.defer_frees(false);
+        memory_.defer_frees(Memory::Deferral::kRunning, false);
         return {};
     }
     pending_ = objects;
-    memory_.defer_frees(true);
-    if (result != VK_TIMEOUT) return device_.check(result, "vkWaitForFences");
-    return error(Code::kTimeout,
-                 "device %u (%s) did not finish within %.3f s; it may still be working. Repeat the "
-                 "call, or raise "
-                 "timeout_ns or SPLAT_TIMEOUT_SCALE",
-                 device_.info().index, device_.info().name.c_str(),
-                 static_cast<double>(timeout_ns_) * 1e-9);
+    memory_.defer_frees(Memory::Deferral::kRunning, true);
+    if (result != VK_TIMEOUT)
+        return naming_work(device_.check(result, "vkWaitForFences"), *objects);
+    return naming_work(
+        error(Code::kTimeout,
+              "device %u (%s) did not finish within %.3f s; it may still be working. Repeat the "
+              "call, or raise "
+              "timeout_ns or SPLAT_TIMEOUT_SCALE",
+              device_.info().index, device_.info().name.c_str(),
+              static_cast<double>(timeout_ns_) * 1e-9),
+        *objects);
+}
+
+/// Tell after a loss or a timeout what the device was given last and has not ended.
+Status Queue::naming_work(Status status, const CommandList::Objects& objects) {
+    if (status.code() != Code::kDeviceLost && status.code() != Code::kTimeout) return status;
+    const ListCut& cut = objects.now;
+    const std::size_t end = std::max(objects.submitted, objects.ended + 1);
+    const Piece *first = nullptr, *last = nullptr, *longest = nullptr;
+    const auto seconds = [&](const Piece& piece) {
+        return piece.seconds * objects.commands[piece.command].pace->factor;
+    };
+    for (std::size_t i = cut.segments[objects.ended].first; i < cut.segments[end - 1].last; ++i) {
+        const Piece& piece = cut.pieces[i];
+        if (is_barrier(objects.commands[piece.command])) continue;
+        if (first == nullptr) first = &piece;
+        if (longest == nullptr || seconds(piece) > seconds(*longest)) longest = &piece;
+        last = &piece;
+    }
+    if (first == nullptr) return status;
+    const auto name = [&](const Piece& piece) {
+        const Command& command = objects.commands[piece.command];
+        return command.op + (*command.shader == '\0' ? "" : format(" (%s)", command.shader));
+    };
+    std::string work = name(*first);
+    if (last != first)
+        work += format(" to %s, most of it %s", name(*last).c_str(), name(*longest).c_str());
+    return {status.code(),
+            format("%s. Its last work: %s; submit %zu of %zu", status.message().c_str(),
+                   work.c_str(), objects.ended + 1, cut.segments.size())};
 }
 
 Status Queue::settle() {
@@ -158,6 +191,10 @@ Status Queue::read_times(const CommandList::Objects& objects, Profile& profile) 
         ++(is_barrier(command)                      ? totals.barriers
            : command.kind == CommandKind::kDispatch ? totals.dispatches
                                                     : totals.copies);
+        if (command.kind == CommandKind::kToHost) ++totals.host_barriers;
+        if (command.kind == CommandKind::kBarrier &&
+            ((command.from | command.to) & kTransfers) != 0)
+            ++totals.transfer_barriers;
     }
     profile.add_list(totals);
     for (std::size_t i = 0; i < objects.commands.size(); ++i) {

@@ -25,17 +25,19 @@ class Queue : NoCopy {
     /// the device did not finish one (it may later; the next call first waits for it, and buffers freed meanwhile are
     /// not reused; segments not yet submitted do not run), kDeviceLost for ever after a loss, kCancelled if the call
     /// was cancelled, once the segments submitted have ended, and the driver's. A profile lacks times that host
-    /// memory does not hold.
+    /// memory does not hold. After a timeout or a loss the message names the kernels that have not ended.
     Status run(CommandList& list, Profile* profile);
 
     /// Wait for a list that timed out before, if there is one. Errors: those of run().
     Status settle();
+    [[nodiscard]] bool settled() const { return pending_ == nullptr; }
 
   private:
     Status submit(CommandList::Objects& objects, std::size_t segment);
     [[nodiscard]] VkResult wait_for(VkFence fence) const;
     void learn(CommandList::Objects& objects) const;
     Status wait(const std::shared_ptr<CommandList::Objects>& objects, std::size_t count);
+    static Status naming_work(Status status, const CommandList::Objects& objects);
     Status read_times(const CommandList::Objects& objects, Profile& profile);
 
     Device& device_;

@@ -48,6 +48,8 @@ void Profile::add_list(const ListTotals& totals) {
     totals_.dispatches += totals.dispatches;
     totals_.copies += totals.copies;
     totals_.barriers += totals.barriers;
+    totals_.transfer_barriers += totals.transfer_barriers;
+    totals_.host_barriers += totals.host_barriers;
     totals_.gaps += totals.gaps;
     totals_.idle_ms += totals.idle_ms;
     totals_.device_ms += totals.device_ms;
@@ -109,6 +111,9 @@ std::string Profile::json(const std::string& device) const {
     json.member("submits", totals_.submits).member("dispatches", totals_.dispatches);
     json.member("copies", totals_.copies);
     json.member("barriers", totals_.barriers);
+    json.member("compute_barriers", totals_.levels() - totals_.transfer_barriers);
+    json.member("transfer_barriers", totals_.transfer_barriers);
+    json.member("host_barriers", totals_.host_barriers).member("levels", totals_.levels());
     json.member("bytes", bytes);
     json.key("device_ms").number(totals_.device_ms, 9);
     json.key("longest_submit_ms").number(totals_.longest_submit_ms, 9).end();
@@ -137,10 +142,12 @@ std::string Profile::table(const std::string& device) const {
                    totals_.idle_ms);
     const auto count = [](std::uint64_t n) { return llu(n); };
     text += format(
-        "%llu lists: %llu submits, %llu dispatches, %llu fills and copies, %llu barriers, %.3f ms "
-        "from first to last; the longest submit took %.3f ms\n",
+        "%llu lists: %llu submits, %llu dispatches, %llu fills and copies, %llu barriers (%llu of "
+        "transfers, %llu to the host), %llu levels, %.3f ms from first to last; the longest submit "
+        "took %.3f ms\n",
         count(lists_), count(totals_.submits), count(totals_.dispatches), count(totals_.copies),
-        count(totals_.barriers), totals_.device_ms, totals_.longest_submit_ms);
+        count(totals_.barriers), count(totals_.transfer_barriers), count(totals_.host_barriers),
+        count(totals_.levels()), totals_.device_ms, totals_.longest_submit_ms);
     text += format("%llu reads of %llu bytes, %llu writes of %llu bytes\n", count(transfers_.reads),
                    count(transfers_.read_bytes), count(transfers_.writes),
                    count(transfers_.written_bytes));

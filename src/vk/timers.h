@@ -29,11 +29,16 @@ struct ListTotals {
     std::uint64_t submits = 0;
     std::uint64_t dispatches = 0;  ///< counts each piece of a split one
     std::uint64_t copies = 0;      ///< copies and fills
-    std::uint64_t barriers = 0;
+    std::uint64_t barriers = 0;    ///< all kinds; one before each level, but for those to the host
+    std::uint64_t transfer_barriers = 0;  ///< naming fills and copies
+    std::uint64_t host_barriers = 0;
     std::uint64_t gaps = 0;        ///< between commands, or levels of them, that were timed
     double idle_ms = 0;            ///< in the gaps
     double device_ms = 0;          ///< from the first command's beginning to the last one's end
     double longest_submit_ms = 0;  ///< on the host's clock
+
+    /// Dispatches, fills and copies between two barriers are one level.
+    [[nodiscard]] std::uint64_t levels() const { return barriers - host_barriers; }
 };
 
 /// Copies between host memory and buffers, one of each call.
@@ -55,9 +60,10 @@ class Profile {
     void reset();
 
     /// {"device": …, "ops": [{"op", "kernel", "count", "total_ms", "min_ms", "median_ms", "bytes", "flops"}],
-    /// "idle": {"count", "total_ms"}, "lists": {"count", "submits", "dispatches", "copies", "barriers", "bytes",
-    /// "device_ms", "longest_submit_ms"}, "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}, longest
-    /// first; an operator's bytes and flops are means over the dispatches.
+    /// "idle": {"count", "total_ms"}, "lists": {"count", "submits", "dispatches", "copies", "barriers",
+    /// "compute_barriers", "transfer_barriers", "host_barriers", "levels", "bytes", "device_ms",
+    /// "longest_submit_ms"}, "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}, longest first; an
+    /// operator's bytes and flops are means over the dispatches.
     [[nodiscard]] std::string json(const std::string& device) const;
     /// The same as a table, with rates over the total time.
     [[nodiscard]] std::string table(const std::string& device) const;

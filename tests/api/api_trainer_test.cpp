@@ -67,6 +67,51 @@ TEST_F(ApiTrainer, LearnsAndGoesOnFromAFile) {
     EXPECT_EQ(bias(other_model), bias(model));
 }
 
+/// Steps whose info is NULL do the same, and are told later, each once.
+TEST_F(ApiTrainer, TellsLaterWhatStepsDid) {
+    const Trainer trainer = make_trainer(device_), later = make_trainer(device_);
+    const Model model = initialised(trainer), later_model = initialised(later);
+    const splat_trainer_batch batch = batch_.desc();
+    const auto report = [&] { return Json::parse(text_of(splat_trainer_report, later)); };
+    std::vector<splat_trainer_info> expected, given;
+    for (int i = 0; i < 3; ++i) {
+        expected.push_back(step(trainer));
+        ASSERT_DONE(splat_trainer_step(later, &batch, nullptr));
+    }
+    EXPECT_EQ(report().at("attempts"), 3);
+    EXPECT_EQ(report().at("unread"), 3);
+    EXPECT_EQ(report().at("step"), 0);
+    EXPECT_TRUE(report().at("ledger").is_null());
+    std::size_t count = 0;
+    EXPECT_EQ(splat_trainer_read(later, nullptr, 0, &count), SPLAT_INCOMPLETE);
+    EXPECT_EQ(count, 3U);
+    EXPECT_EQ(report().at("unread"), 0);
+    EXPECT_EQ(report().at("step"), 3);
+    EXPECT_EQ(report().at("skipped"), 0);
+    splat_trainer_info infos[2] = {sized<splat_trainer_info>(), sized<splat_trainer_info>()};
+    infos[1].struct_size -= 8;
+    EXPECT_REFUSED(splat_trainer_read(later, infos, 2, &count), kArgument,
+                   "infos[1].struct_size is 128, expected 136");
+    EXPECT_REFUSED(splat_trainer_read(later, nullptr, 2, &count), kArgument, "infos is NULL");
+    infos[1].struct_size += 8;
+    EXPECT_EQ(splat_trainer_read(later, infos, 2, &count), SPLAT_INCOMPLETE);
+    EXPECT_EQ(count, 3U);
+    given.insert(given.end(), infos, infos + 2);
+    ASSERT_DONE(splat_trainer_read(later, infos, 2, &count));
+    EXPECT_EQ(count, 1U);
+    given.push_back(infos[0]);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(given[i].loss, expected[i].loss);
+        EXPECT_EQ(given[i].step, i + 1);
+        EXPECT_EQ(given[i].visible, expected[i].visible);
+        EXPECT_EQ(given[i].rate, expected[i].rate);
+    }
+    EXPECT_EQ(bias(later_model), bias(model));
+    EXPECT_EQ(step(later).loss, step(trainer).loss);
+    ASSERT_DONE(splat_trainer_read(later, nullptr, 0, &count));
+    EXPECT_EQ(count, 0U);
+}
+
 TEST_F(ApiTrainer, ItsModelOutlivesIt) {
     Trainer trainer = make_trainer(device_);
     const Model model = initialised(trainer);

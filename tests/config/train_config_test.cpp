@@ -31,6 +31,7 @@ TEST(TrainConfigRules, ReadsWhatItWrites) {
         "data: {training_resolution: 64, root: somewhere, subset: 3, white_background: false}\n"
         "model: {base_dim: 32}\n"
         "opt: {iterations: 1234, batch_size: 6, micro_batch: 3, recompute: true, imgs_per_obj: 5,\n"
+        "  read_every: 4, num_workers: 2,\n"
         "  base_lr: 1e-4,\n"
         "  betas: [0.8, 0.99], lr_schedule: cosine, warmup: 10, loss: l1, lambda_ssim: 0.2,\n"
         "  ema: {use: true, beta: 0.99, update_every: 2, update_after_step: 7},\n"
@@ -49,6 +50,8 @@ TEST(TrainConfigRules, ReadsWhatItWrites) {
     const TrainConfig& c = training2;
     EXPECT_EQ(c.iterations, 1234U);
     EXPECT_EQ(c.micro_batch, 3U);
+    EXPECT_EQ(c.read_every, 4U);
+    EXPECT_EQ(c.loader_threads, 2U);
     EXPECT_TRUE(c.recompute);
     EXPECT_EQ(c.betas[0], 0.8);
     EXPECT_EQ(c.schedule, config::Schedule::kCosine);

@@ -9,6 +9,7 @@ splat_memory_info sample_memory_info;
 splat_tensor_desc sample_tensor_desc;
 splat_tensor_info sample_tensor_info;
 splat_tensor_stats sample_tensor_stats;
+splat_external_memory sample_external_memory;
 splat_op_desc sample_op_desc;
 splat_scene_desc sample_scene_desc;
 splat_scene_file_desc sample_scene_file_desc;

@@ -36,12 +36,14 @@ class AdamSteps {
             ASSERT_OK(copies.copy(outputs.sh, gradients.sh));
             submit(copies);
             ASSERT_OK(model_.backward());
+            const auto values = ops::adam_scalars({.step = step, .learning_rate = 1e-3}).value();
+            const vk::Buffer scalars =
+                upload(context_, std::vector<float>(values.begin(), values.end()));
             vk::Recorder update(context_);
             const auto blocks = model_.parameters().blocks();
             for (std::size_t i = 0; i < blocks.size(); ++i)
-                ASSERT_OK(ops::adam(update, {.step = step, .learning_rate = 1e-3}, blocks[i].values,
-                                    blocks[i].grads, moments_[2 * i].range(),
-                                    moments_[2 * i + 1].range()));
+                ASSERT_OK(ops::adam(update, {scalars.range()}, blocks[i].values, blocks[i].grads,
+                                    moments_[2 * i].range(), moments_[2 * i + 1].range()));
             submit(update);
             model_.parameters().changed();
         }

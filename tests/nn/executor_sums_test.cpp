@@ -8,6 +8,7 @@
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
+#include "support/log_capture.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -132,60 +133,69 @@ Doubles numbers(vk::Context& context, const vk::BufferView& view) {
 class ExecutorSums : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(ExecutorSums);
 
-/// Gradients that are added in the kernels that compute them, or passed on without a copy, are the sums
-/// of the chain rule in every pass, however many prepared weights are kept.
-TEST_P(ExecutorSums, OfConvolutionsAreExact) {
-    vk::Context& device = context();
+/// Two passes of a network that keeps at most so many bytes of weights for backward passes. Returns what it keeps.
+std::uint64_t expect_exact(vk::Context& device, std::uint64_t kept) {
     Net net(device);
-    ASSERT_OK(net.graph.status());
-    auto parameters = nn::Parameters::create(device, net.graph);
-    ASSERT_OK(parameters.status());
+    EXPECT_OK(net.graph.status());
+    nn::Parameters parameters = need(nn::Parameters::create(device, net.graph));
     for (const Layer& layer : kLayers)
-        ASSERT_OK(
-            parameters.value().write(*parameters.value().find(layer.weight), weight_of(layer)));
+        EXPECT_OK(parameters.write(*parameters.find(layer.weight), weight_of(layer)));
     const std::size_t size = std::size_t{kC} * kH * kW;
     const std::vector<float> x = integer_fill(size, 1), grad_t = integer_fill(size, 2),
                              grad_z = integer_fill(size, 3);
     const ChainRule e = chain_rule(to_double(x), to_double(grad_t), to_double(grad_z));
     const auto get = [&](const vk::BufferView& view) { return numbers(device, view); };
-    std::vector<std::uint64_t> prepared;
-    for (const std::uint64_t kept : {std::uint64_t{0}, std::uint64_t{1} << 20}) {
-        auto made = nn::Executor::create(device, net.graph, parameters.value(),
-                                         {.outputs = {net.z, net.t},
-                                          .backward = true,
-                                          .grad_outputs = {net.z, net.t},
-                                          .grad_inputs = {net.x},
-                                          .kept_bytes = kept});
-        ASSERT_OK(made.status());
-        nn::Executor& executor = *made.value();
-        prepared.push_back(executor.memory().prepared);
-        const auto put = [&](const vk::BufferView& view, const std::vector<float>& values) {
-            ASSERT_OK(device.write(view, values.data(), values.size() * 4));
-        };
-        put(executor.tensor(net.x), x);
-        put(executor.gradient(net.t), grad_t);
-        put(executor.gradient(net.z), grad_z);
-        for (int time = 0; time < 2; ++time) {
-            ASSERT_OK(parameters.value().zero_gradients());
-            ASSERT_OK(executor.forward());
-            ASSERT_OK(executor.backward());
-            EXPECT_EQ(get(executor.tensor(net.t)), e.t);
-            EXPECT_EQ(get(executor.tensor(net.z)), e.z);
-            EXPECT_EQ(get(executor.gradient(net.x)), e.grad_x);
-            for (const Layer& layer : kLayers) {
-                if (!layer.trainable) continue;
-                EXPECT_EQ(get(parameters.value().find(layer.weight)->grad),
-                          e.grad_weight.at(layer.weight))
-                    << layer.weight;
-            }
+    const auto put = [&](const vk::BufferView& view, const std::vector<float>& values) {
+        EXPECT_OK(device.write(view, values.data(), values.size() * 4));
+    };
+    const auto executor = need(nn::Executor::create(device, net.graph, parameters,
+                                                    {.outputs = {net.z, net.t},
+                                                     .backward = true,
+                                                     .grad_outputs = {net.z, net.t},
+                                                     .grad_inputs = {net.x},
+                                                     .kept_bytes = kept}));
+    put(executor->tensor(net.x), x);
+    put(executor->gradient(net.t), grad_t);
+    put(executor->gradient(net.z), grad_z);
+    for (int time = 0; time < 2; ++time) {
+        EXPECT_OK(parameters.zero_gradients());
+        EXPECT_OK(executor->forward());
+        EXPECT_OK(executor->backward());
+        EXPECT_EQ(get(executor->tensor(net.t)), e.t);
+        EXPECT_EQ(get(executor->tensor(net.z)), e.z);
+        EXPECT_EQ(get(executor->gradient(net.x)), e.grad_x);
+        for (const Layer& layer : kLayers) {
+            if (!layer.trainable) continue;
+            EXPECT_EQ(get(parameters.find(layer.weight)->grad), e.grad_weight.at(layer.weight))
+                << layer.weight;
         }
     }
+    return executor->memory().prepared;
+}
+
+/// Gradients that are added in the kernels that compute them, or passed on without a copy, are the sums
+/// of the chain rule in every pass, however many prepared weights are kept.
+TEST_P(ExecutorSums, OfConvolutionsAreExact) {
+    const std::uint64_t none = expect_exact(context(), 0);
+    const std::uint64_t all = expect_exact(context(), std::uint64_t{1} << 20);
     if (GetParam() == vk::Kernels::kPlain) {
-        EXPECT_EQ(prepared, (std::vector<std::uint64_t>{0, 0})) << "nothing is prepared";
-    } else {
-        EXPECT_GT(prepared[0], 0U) << "the forward pass keeps its own";
-        EXPECT_GT(prepared[1], prepared[0]);
+        EXPECT_EQ(none + all, 0U) << "nothing is prepared";
+        return;
     }
+    EXPECT_GT(none, 0U) << "the forward pass keeps its own";
+    EXPECT_GT(all, none);
+    const auto limited = [](std::uint64_t budget) {
+        vk::ContextDesc desc = context_desc(GetParam());
+        desc.memory.block_bytes = 1024;
+        desc.memory.budget_bytes = budget;
+        return make_context(desc);
+    };
+    const auto enough = limited(0);
+    EXPECT_EQ(expect_exact(*enough, std::uint64_t{1} << 20), all);
+    const auto scarce = limited(enough->memory().use().peak - 1);
+    const LogCapture log(LogLevel::kInfo);
+    EXPECT_EQ(expect_exact(*scarce, std::uint64_t{1} << 20), 0U) << "the device has too little";
+    EXPECT_NE(log.text().find("weights are prepared in every pass: "), std::string::npos);
 }
 
 /// Take all memory that the device still has.

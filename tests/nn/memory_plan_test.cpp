@@ -83,5 +83,31 @@ TEST(MemoryPlan, StaysNearTheLowerBound) {
     }
 }
 
+/// A plan that keeps reuse apart is sound for the longer lifetimes, and keeps within its bound.
+TEST(MemoryPlan, SpreadKeepsItsDistanceAndItsBound) {
+    for (std::uint64_t seed = 1; seed < 10; ++seed) {
+        const std::vector<Lifetime> lifetimes = random_lifetimes(seed, 120);
+        const std::uint64_t least = plan_memory(lifetimes, 16, 1 << 30).bytes();
+        std::vector<std::uint32_t> earliest;
+        for (std::size_t i = 0; i < lifetimes.size(); ++i)
+            earliest.push_back(i % 5 == 0 ? lifetimes[i].first / 2
+                                          : lifetimes[i].first + (i % 3 == 0 ? 1 : 0));
+        for (const double part : {0.0, 0.1, 0.5, 10.0}) {
+            const Spread spread{2, part, 0};
+            const auto plan = plan_spread(lifetimes, earliest, 2, spread.most(least), 16, 1 << 30);
+            ASSERT_TRUE(plan.has_value()) << "that of plan_memory is left";
+            EXPECT_LE(static_cast<double>(plan->bytes()), (1 + part) * static_cast<double>(least));
+            expect_sound(lifetimes, *plan, 16);
+            if (part < 10) continue;
+            std::vector<Lifetime> longer = lifetimes;
+            for (std::size_t i = 0; i < longer.size(); ++i)
+                longer[i] = {std::min(earliest[i], longer[i].first), longer[i].last + 2,
+                             longer[i].bytes};
+            expect_sound(longer, *plan, 16);
+            EXPECT_FALSE(plan_spread(lifetimes, earliest, 2, least / 2, 16, 1 << 30).has_value());
+        }
+    }
+}
+
 }  // namespace
 }  // namespace splat::nn

@@ -13,12 +13,14 @@ namespace {
 class Ema : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(Ema);
 
-std::vector<float> update(vk::Context& context, double decay, const std::vector<float>& value,
-                          const std::vector<float>& shadow) {
+std::vector<float> update(vk::Context& context, std::optional<double> decay,
+                          const std::vector<float>& value, const std::vector<float>& shadow) {
     const vk::Buffer online = upload(context, value);
     const vk::Buffer average = upload(context, shadow);
     vk::Recorder recorder(context);
-    EXPECT_OK(ops::ema(recorder, decay, online.range(), average.range()));
+    const auto scalars = ops::ema_scalars(decay).value();
+    const vk::Buffer rest = upload(context, std::vector<float>(scalars.begin(), scalars.end()));
+    EXPECT_OK(ops::ema(recorder, rest.range(), online.range(), average.range()));
     vk::CommandList list = std::move(recorder.finish().value());
     EXPECT_OK(context.run(list));
     return download(context, average.range(), shadow.size());
@@ -43,6 +45,11 @@ TEST_P(Ema, MatchesFloat64) {
 TEST_P(Ema, ADecayOfZeroCopiesBits) {
     const std::vector<float> value = normal_fill(64, 3);
     EXPECT_EQ(update(context(), 0, value, normal_fill(64, 4, 0, 1e6)), value);
+}
+
+TEST_P(Ema, WithoutADecayNothingChanges) {
+    const std::vector<float> shadow = normal_fill(64, 4);
+    EXPECT_EQ(update(context(), std::nullopt, normal_fill(64, 3), shadow), shadow);
 }
 
 ops::EmaSchedule schedule_of(const Golden& golden) {
@@ -79,11 +86,10 @@ TEST_P(Ema, RefusesWhatDoesNotFit) {
     const vk::Buffer block = device_buffer(context(), 8);
     const vk::Buffer other = device_buffer(context(), 4);
     vk::Recorder recorder(context());
-    EXPECT_ERROR(ops::ema(recorder, 1.5, block.range(), block.range()), Code::kInvalidArgument,
-                 "decay is 1.5");
-    EXPECT_ERROR(ops::ema(recorder, -0.1, block.range(), block.range()), Code::kInvalidArgument,
-                 "decay is -0.1");
-    EXPECT_ERROR(ops::ema(recorder, 0.5, block.range(), other.range()), Code::kShape, "32 bytes");
+    EXPECT_ERROR(ops::ema_scalars(1.5).status(), Code::kInvalidArgument, "decay is 1.5");
+    EXPECT_ERROR(ops::ema_scalars(-0.1).status(), Code::kInvalidArgument, "decay is -0.1");
+    EXPECT_ERROR(ops::ema(recorder, other.range(), block.range(), other.range()), Code::kShape,
+                 "32 bytes");
     EXPECT_TRUE(recorder.finish().value().empty()) << "nothing is recorded on error";
 }
 

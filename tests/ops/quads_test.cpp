@@ -75,6 +75,30 @@ TEST(Quads, MovesBitsUntouched) {
     EXPECT_EQ(download_words(*context, out.range(), 8), words);
 }
 
+/// Every byte, on every channel of a quad: what a correctly rounded division by 255 gives.
+TEST(Quads, LevelsAreTheFloatsOfTheHost) {
+    vk::Context* context = shared_context();
+    ASSERT_NE(context, nullptr);
+    const Shape shape{2, 5, 7, 37};
+    std::vector<float> x;
+    std::vector<std::uint32_t> words((shape.elements() + 3) / 4);
+    for (std::uint32_t i = 0; i < shape.elements(); ++i) {
+        x.push_back(static_cast<float>(i % 256) / 255.0F);
+        words[i / 4] |= i % 256 << 8 * (i % 4);
+    }
+    const std::vector<float> expected = expected_quads(shape, x);
+    const vk::Buffer in = upload(*context, words);
+    const vk::Buffer quads = device_buffer(*context, expected.size());
+    vk::BufferView quad_view = quads.range(), levels = in.range();
+    quad_view.shape = levels.shape = shape;
+    vk::Recorder r(*context);
+    EXPECT_OK(ops::quads_pack_levels(r, levels, quad_view));
+    vk::CommandList list = std::move(r.finish().value());
+    EXPECT_OK(context->run(list));
+    EXPECT_TRUE(bit_equal(download(*context, quads.range(), expected.size()), expected,
+                          {"quads", reproduce(shape.text())}));
+}
+
 TEST(Quads, RejectsTensorsWithoutChannels) {
     EXPECT_ERROR(ops::quad_dims({5}).status(), Code::kShape, "[5]");
     EXPECT_ERROR(ops::quad_dims(Shape{}).status(), Code::kShape, "[]");

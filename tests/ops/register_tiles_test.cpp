@@ -1,5 +1,5 @@
-// The CPU, or the driver of a GPU, decides the register tiles, the CPU the form of stores too. Whatever it decides, the
-// order of sums is the same.
+// The CPU, or the driver of a GPU, decides the register tiles, its shared memory those of products, the CPU the form of
+// stores too. Whatever it decides, the order of sums is the same.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -90,14 +90,28 @@ TEST(RegisterTiles, GiveTheSameBits) {
 TEST(RegisterTiles, GiveTheSameBitsOnGpusOfEachDriver) {
     const std::function<void(vk::DeviceInfo&)> kinds[] = {
         [](vk::DeviceInfo&) {},
-        [](vk::DeviceInfo& gpu) { gpu.driver_id = VK_DRIVER_ID_NVIDIA_PROPRIETARY; }};
+        [](vk::DeviceInfo& gpu) { gpu.driver_id = VK_DRIVER_ID_NVIDIA_PROPRIETARY; },
+        [](vk::DeviceInfo& gpu) { gpu.limits.shared_memory_bytes = 17 << 10; }};
     std::vector<OpCall> calls = product_calls();
     Conv2dCase direct = Conv2dCase::normal(ConvShape{2, 20, 9, 11, 44, 3}, 830);
     calls.push_back(direct.call());
-    // More output features than tiles of 16 and of 32, and 600 columns: tiles of 8 and of 4 by 64 lanes.
-    calls.push_back(linear_call({101, 40, 50}, 840));
     calls.push_back(attention_call({1, 20, 600}, 850));
+    // Enough for tiles of 128, which 17 KiB do not hold.
+    Conv2dCase large = Conv2dCase::normal(ConvShape{1, 68, 125, 127, 68, 3}, 860);
+    large.winograd = 4;
+    calls.push_back(large.call());
+    calls.push_back(linear_call({33801, 5, 66}, 870));
+    calls.push_back(attention_call({66, 4, 250}, 880));
     expect_same_bits(vk::Kernels::kGpu, kinds, calls);
+}
+
+/// Tiles of 128, of a gradient of a weight and of attention: smaller shapes do not fill a GPU.
+TEST(RegisterTiles, LargeOnesOfGpusMatchFloat64) {
+    for (const vk::Kernels kernels : kernels_to_test()) {
+        if (kernels != vk::Kernels::kGpu) continue;
+        expect_float64(*shared_context(kernels), linear_call({16897, 65, 66}, 890), "linear");
+        expect_float64(*shared_context(kernels), attention_call({66, 4, 250}, 900), "attention");
+    }
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "raster/raster_session.h"
 #include "raster/tile_bin.h"
 #include "support/gpu_buffers.h"
+#include "support/log_capture.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -126,8 +127,8 @@ TEST_P(RasterizerMemory, GrowsOnce) {
     EXPECT_EQ(session.image(), image);
 }
 
-/// Growing frees the old arrays before it allocates the larger ones. Without memory for them every
-/// call fails, and the rasterizer still draws scenes that need no growth.
+/// Growing frees the old arrays before it allocates the larger ones, with room for more pairs where there is memory for
+/// that. Without memory for them every call fails, and the rasterizer still draws scenes that need no growth.
 TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
     const RasterCase scene = wide_faint_scene({120, 120, 90});
     RasterCase narrow = scene;
@@ -137,8 +138,11 @@ TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
     const std::vector<float> expected = raster_image(context(), narrow, desc);
     std::uint64_t before = 0;
     std::uint64_t after = 0;
-    for (const bool enough : {true, false}) {
-        const auto device = limited(enough ? 0 : (before + after) / 2);
+    std::vector<float> wide;
+    for (const int quarters : {4, 2, 1}) {  // growth takes that of 4096 to 6000 pairs
+        const bool enough = quarters > 1;
+        const auto device = limited(quarters == 4 ? 0 : before + (after - before) / 4 * quarters);
+        const LogCapture log(LogLevel::kInfo);
         const auto other = need(PackedCase::create(*device, narrow, desc));
         RasterSession session(*device, scene, desc);
         ASSERT_OK(session);
@@ -146,8 +150,16 @@ TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
         if (enough) {
             ASSERT_OK(session.forward());
             EXPECT_EQ(session.rasterizer().stats().runs, 2U);
-            after = device->memory().use().used;
-            EXPECT_EQ(device->memory().use().peak, after) << "old and new ones at once";
+            const std::uint64_t grown = device->memory().use().used;
+            EXPECT_EQ(device->memory().use().peak, grown) << "old and new ones at once";
+            EXPECT_EQ(log.text().find("pairs get no room to grow: ") != std::string::npos,
+                      quarters == 2)
+                << log.text();
+            if (quarters == 4) {
+                after = grown;
+                wide = session.image();
+            }
+            EXPECT_EQ(session.image(), wide);
         } else {
             for (int call = 0; call < 2; ++call)
                 EXPECT_ERROR(session.forward(), Code::kOutOfDeviceMemory, "of the budget of");
@@ -156,7 +168,7 @@ TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
         }
         const scene::Camera camera = camera_of(scene);
         ASSERT_OK(session.draw(other.scene.views(), {&camera, 1}));
-        EXPECT_EQ(session.image(), expected) << enough;
+        EXPECT_EQ(session.image(), expected) << quarters;
     }
 }
 

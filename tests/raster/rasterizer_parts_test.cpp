@@ -36,9 +36,9 @@ class ShortParts {
     ShortParts& operator=(const ShortParts&) = delete;
 
   private:
-    static constexpr const char* kKernels[] = {"blend_forward", "blend_forward_cpu",
-                                               "blend_backward", "blend_backward_cpu",
-                                               "blend_backward_gpu"};
+    static constexpr const char* kKernels[] = {"blend_forward",      "blend_forward_cpu",
+                                               "blend_forward_gpu",  "blend_backward",
+                                               "blend_backward_cpu", "blend_backward_gpu"};
     vk::Pace& pace_;
     std::vector<double> before_;
 };

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <regex>
+
 #include "support/expect_status.h"
 #include "synthetic/sample_folder.h"
 
@@ -13,13 +15,17 @@ using Mode = RunFolder::Mode;
 
 /// What a toy is to do, and what it may not be resumed with.
 struct ToyDesc {
-    std::uint64_t iterations = 4, validate_every = 2;
+    std::uint64_t iterations = 4, validate_every = 2, save_every = 0;
     std::uint32_t pieces = 2;
     std::uint64_t not_finite_after = ~std::uint64_t{0};  ///< steps
     std::string data = "toy";
     std::vector<Outcome> outcomes = {
-        Outcome::kUpdated};  ///< outcomes of the attempts, again and again
-    std::string notice;      ///< what each step tells
+        Outcome::kUpdated};      ///< outcomes of the attempts, again and again
+    std::string notice;          ///< what each step tells
+    std::uint64_t together = 1;  ///< steps of a call
+    std::uint64_t fails_at =
+        ~std::uint64_t{0};  ///< attempts before the first step that fails, once
+    Code failure = Code::kIo;
 };
 
 /// Halves a number with every step.
@@ -32,6 +38,7 @@ class Toy : public Task {
         plan.iterations = desc_.iterations;
         plan.log_every = 1;
         plan.validate_every = plan.save_every = desc_.validate_every;
+        if (desc_.save_every > 0) plan.save_every = desc_.save_every;
         plan.pieces = desc_.pieces;
         plan.protocol = {{"val_pieces", static_cast<double>(desc_.pieces)}};
         plan.protocol_text = "numbers of pieces";
@@ -64,16 +71,14 @@ class Toy : public Task {
         return {};
     }
     Status begin() override { return {}; }
-    Status step(Step& step) override {
-        step.outcome = desc_.outcomes[progress_.attempts++ % desc_.outcomes.size()];
-        step.why = "it slept";
-        step.notice = desc_.notice;
-        step.loss = value_;
-        step.numbers = {{"half", value_ / 2}};
-        step.ledger = {{"odd", progress_.attempts % 2 == 0 ? 0.0 : 1.0, true}};
-        if (step.outcome == Outcome::kSkipped) return {};
-        ++progress_.steps;
-        value_ = progress_.steps == desc_.not_finite_after ? NAN : value_ / 2;
+    Status step(std::uint64_t most, std::deque<Step>& done) override {
+        for (std::uint64_t n = 0; n < std::min(most, desc_.together); ++n) {
+            if (progress_.attempts == desc_.fails_at) {
+                desc_.fails_at = ~std::uint64_t{0};
+                return {desc_.failure, "it rests"};
+            }
+            make(done.emplace_back());
+        }
         return {};
     }
     Status begin_validation(const std::vector<NamedWeights>& results) override {
@@ -105,6 +110,20 @@ class Toy : public Task {
     void describe(JsonWriter& json) const override { json.newline(2).member("toy", desc_.data); }
 
   private:
+    void make(Step& step) {
+        step.outcome = desc_.outcomes[progress_.attempts++ % desc_.outcomes.size()];
+        step.why = "it slept";
+        step.notice = desc_.notice;
+        step.loss = value_;
+        step.numbers = {{"half", value_ / 2}};
+        step.ledger = {{"odd", progress_.attempts % 2 == 0 ? 0.0 : 1.0, true}};
+        if (step.outcome != Outcome::kSkipped) {
+            ++progress_.steps;
+            value_ = progress_.steps == desc_.not_finite_after ? NAN : value_ / 2;
+        }
+        step.progress = progress_;
+        step.peak_bytes = peak_bytes();
+    }
     static Result<io::WeightsFile> file(const std::vector<float>& values) {
         io::WeightsFile made;
         io::NamedTensor toy;
@@ -268,6 +287,120 @@ TEST_F(RunTest, IsInterrupted) {
     EXPECT_EQ(play(*opened), "ci");
     EXPECT_HAS(file("toy/run.json"), "\"interrupted\"");
     EXPECT_HAS(file("toy/log.txt"), "interrupted after step 1; play on\n");
+}
+
+/// A file without what differs between two runs that do the same.
+std::string without_times(const std::string& text) {
+    return std::regex_replace(text, std::regex("\"(seconds|folder)\": ?[^,]*,"), "");
+}
+
+constexpr Outcome kUpdated = Outcome::kUpdated, kSkipped = Outcome::kSkipped,
+                  kNothing = Outcome::kDrewNothing;
+
+/// How many steps a call of the task does changes nothing but their times.
+TEST_F(RunTest, TellsStepsOneByOneThatWereDoneTogether) {
+    ToyDesc toy;
+    toy.iterations = 11;
+    toy.validate_every = 5;
+    toy.save_every = 3;
+    const std::vector<Outcome> patterns[] = {
+        {kUpdated},
+        {kSkipped, kUpdated},
+        {kUpdated, kSkipped, kSkipped, kUpdated, kNothing},
+        {kUpdated, kUpdated, kUpdated, kUpdated, kSkipped, kSkipped, kSkipped, kSkipped, kSkipped,
+         kSkipped, kSkipped, kSkipped, kSkipped, kSkipped, kUpdated}};
+    for (const auto& pattern : patterns) {
+        toy.outcomes = pattern;
+        toy.together = 1;
+        fs::remove_all(folder_ / "single");
+        const std::string events = play("single", Mode::kNew, toy);
+        for (const std::uint64_t together : {2, 5, 100}) {
+            toy.together = together;
+            fs::remove_all(folder_ / "many");
+            EXPECT_EQ(play("many", Mode::kNew, toy), events) << together;
+            for (const char* name : {"metrics.jsonl", "log.txt", "run.json"})
+                EXPECT_EQ(without_times(file(std::string("many/") + name)),
+                          without_times(file(std::string("single/") + name)))
+                    << name << ", " << together;
+            for (const auto& entry : fs::directory_iterator(folder_ / "single/checkpoints"))
+                EXPECT_TRUE(test::file_text(entry.path()) ==
+                            file("many/checkpoints/" + entry.path().filename().string()))
+                    << entry.path() << ", " << together;
+        }
+    }
+}
+
+TEST_F(RunTest, EndsWhereNothingIsLearnedAmongStepsDoneTogether) {
+    ToyDesc toy;
+    toy.iterations = 1000;
+    toy.pieces = 0;
+    toy.validate_every = 0;
+    toy.together = 7;
+    toy.outcomes = {kUpdated, kUpdated};
+    toy.outcomes.resize(100, kSkipped);
+    const auto falls = need(open("falls", Mode::kNew, toy));
+    EXPECT_EQ(play(*falls), "..cssssssssssssn");
+    EXPECT_EQ(falls->figures().skipped, 10U) << "the steps after the tenth do not count";
+    EXPECT_EQ(falls->figures().step, 0U) << "that of the state it has again";
+    toy.outcomes = {kNothing};
+    auto task = std::make_unique<Toy>(toy);
+    const Toy& asleep = *task;
+    const auto sleeps = need(run::Run::open({(folder_ / "sleeps").string(), Mode::kNew, "1.2.3"},
+                                            std::move(task), interrupt_));
+    EXPECT_EQ(play(*sleeps), "..c" + std::string(200, 's') + "b");
+    EXPECT_EQ(asleep.progress().steps, 200U) << "and none beyond";
+}
+
+/// Steps that are done are told before a run ends, with the bits of one that goes on.
+TEST_F(RunTest, IsInterruptedAmongStepsDoneTogether) {
+    ToyDesc toy;
+    toy.iterations = 8;
+    toy.validate_every = 4;
+    toy.outcomes = {kUpdated, kSkipped};
+    play("whole", Mode::kNew, toy);
+    toy.together = 3;
+    for (const std::size_t calls : {6, 7, 8, 9, 12, 17, 22}) {
+        fs::remove_all(folder_ / "parts");
+        {
+            const auto begun = need(open("parts", Mode::kNew, toy));
+            play(*begun, calls);
+            interrupt_.raise();
+            play(*begun);
+        }
+        play("parts", Mode::kResume, toy);
+        for (const char* name : {"toy_last.safetensors", "toy_best.safetensors",
+                                 "checkpoints/step_0000000008.state.safetensors"})
+            EXPECT_TRUE(file(std::string("whole/") + name) == file(std::string("parts/") + name))
+                << name << " after " << calls;
+        EXPECT_EQ(without_times(file("whole/metrics.jsonl")),
+                  without_times(file("parts/metrics.jsonl")))
+            << calls;
+    }
+}
+
+TEST_F(RunTest, TellsTheStepsBeforeAnError) {
+    ToyDesc toy;
+    toy.pieces = 0;
+    toy.validate_every = 0;
+    toy.together = 4;
+    for (const Code code : {Code::kIo, Code::kCancelled}) {
+        toy.failure = code;
+        toy.fails_at = 2;
+        fs::remove_all(folder_ / "toy");
+        const auto opened = need(open("toy", Mode::kNew, toy));
+        EXPECT_EQ(play(*opened, 3), "..c");
+        Event event;
+        if (code == Code::kCancelled) {
+            EXPECT_ERROR(opened->next(event), code, "it rests");
+        }
+        EXPECT_EQ(play(*opened), "sssscd");
+        EXPECT_LACKS(file("toy/log.txt"), "it rests") << "the step was done by the next call";
+        toy.fails_at = 0;
+        const auto first = need(open("first", Mode::kReplace, toy));
+        EXPECT_EQ(play(*first, 3), "..c");
+        EXPECT_ERROR(first->next(event), code, "it rests");
+        EXPECT_EQ(play(*first), "sssscd");
+    }
 }
 
 }  // namespace

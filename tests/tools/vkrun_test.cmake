@@ -1614,11 +1614,15 @@ function(TrainsAndGoesOnBitByBit)
          "best validation PSNR [0-9.]+ dB\nreport: ${TEMP}/whole/report.html\nbest weights: "
          "\nlast weights: ${TEMP}/whole/weights_last.safetensors\n$")
 
-  vkrun(0 train --data ${TEMP}/data --out ${TEMP}/parts ${small_training} --set opt.iterations=3)
+  vkrun(0 train --data ${TEMP}/data --out ${TEMP}/parts ${small_training} --set opt.iterations=3 --profile --json)
+  expect_json("${out}" 3 profile steps)
+  expect_range("${out}" 1 1000 profile submits)
+  expect_range("${out}" 1000 10000000 profile written_bytes)
   # Pictures that cannot be written do not end a training.
   file(REMOVE_RECURSE ${TEMP}/parts/renders)
   file(WRITE ${TEMP}/parts/renders "no folder")
-  vkrun(0 train --out ${TEMP}/parts --resume --set opt.iterations=6)
+  vkrun(0 train --out ${TEMP}/parts --resume --set opt.iterations=6 --profile)
+  expect("${out}" "^3 steps, each with [0-9.]+ lists, [0-9.]+ submits, " " bytes written; the whole session:\n")
   expect("${err}" "warning: no pictures of a validation: [^\n]*parts/renders")
   file(READ ${TEMP}/parts/report.html page)
   expect("${page}" "<td>6 of 6, ")

@@ -25,8 +25,8 @@ class BatchesTest : public testing::Test {
         EXPECT_OK(made);
         return made.ok() ? std::shared_ptr(std::move(made.value())) : nullptr;
     }
-    PrefetchPointer prefetch() {
-        return need(Prefetch::create(BatchSource(data(), settings_, kSeed), 2));
+    PrefetchPointer prefetch(std::size_t threads = 1) {
+        return need(Prefetch::create(BatchSource(data(), settings_, kSeed), threads));
     }
 
     test::SampleFolder folder_;
@@ -36,7 +36,7 @@ class BatchesTest : public testing::Test {
 
 void expect_equal(const Batch& a, const Batch& b) {
     EXPECT_EQ(a.images, b.images);
-    EXPECT_EQ(a.targets, b.targets);
+    EXPECT_EQ(a.levels, b.levels);
     EXPECT_EQ(a.view_to_world, b.view_to_world);
     EXPECT_EQ(a.quaternions, b.quaternions);
     EXPECT_EQ(a.cameras.size(), b.cameras.size());
@@ -60,23 +60,63 @@ TEST_F(BatchesTest, OrderIsThatOfEarlierRuns) {
         const auto views = need(source->read(visit.object, numbers, 1));
         EXPECT_EQ(batch.images, views.inputs) << n;
         const std::size_t plane = views.images.size() / 3;
-        EXPECT_TRUE(std::equal(batch.targets.begin(), batch.targets.end(),
-                               views.images.begin() + static_cast<std::ptrdiff_t>(plane)))
-            << n;
-        EXPECT_EQ(batch.targets.size(), 2 * plane);
+        ASSERT_EQ(batch.levels.size(), 2 * plane);
+        for (std::size_t i = 0; i < 2 * plane; ++i)
+            ASSERT_EQ(static_cast<float>(batch.levels[i]) / 255.0F, views.images[plane + i]) << n;
         EXPECT_EQ(batch.cameras.size(), 2U);
         EXPECT_TRUE(batch.focals.empty());
     }
 }
 
 TEST_F(BatchesTest, AnyNumberCanBeReadAtAnyTime) {
-    const auto batches = prefetch();
-    ASSERT_NE(batches, nullptr);
     const BatchSource source(data(), settings_, kSeed);
-    for (const std::uint64_t n : {0, 1, 2, 7, 8, 3, 3, 4, 0}) {
-        const auto got = need(batches->get(n));
-        const auto expected = need(source.make(n));
-        expect_equal(got, expected);
+    for (const std::size_t threads : {1, 2, 5}) {
+        const auto batches = prefetch(threads);
+        ASSERT_NE(batches, nullptr);
+        for (const std::uint64_t n : {0, 1, 2, 7, 8, 3, 3, 4, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9}) {
+            const auto got = need(batches->get(n));
+            const auto expected = need(source.make(n));
+            expect_equal(got, expected);
+        }
+    }
+}
+
+TEST_F(BatchesTest, ThreadsEndWhileTheyMakeBatches) {
+    for (const std::uint64_t n : {0, 1, 2, 3}) {
+        const auto batches = prefetch(5);
+        ASSERT_NE(batches, nullptr);
+        for (std::uint64_t i = 0; i < n; ++i) EXPECT_OK(batches->get(i * i));
+    }
+}
+
+/// One less than the cores may be none.
+TEST_F(BatchesTest, ThreadsAreThoseAskedFor) {
+    EXPECT_EQ(loader_threads(settings_.training, true), 1U);
+    EXPECT_GE(loader_threads(settings_.training, false), 1U);
+    EXPECT_LE(loader_threads(settings_.training, false), 4U);
+    settings_.training.loader_threads = 7;
+    EXPECT_EQ(loader_threads(settings_.training, true), 7U);
+}
+
+/// Batches 1, 2 and 4 show the second object, whose files are away.
+TEST_F(BatchesTest, AnErrorComesInItsTurn) {
+    for (const std::size_t threads : {1, 2, 5}) {
+        const auto batches = prefetch(threads);
+        ASSERT_NE(batches, nullptr);
+        const BatchSource source(data(), settings_, kSeed);
+        const std::filesystem::path object = data()->dataset().index().folders[1];
+        const auto away = folder_ / "away";
+        std::filesystem::rename(object, away);
+        EXPECT_OK(batches->get(0));
+        EXPECT_FALSE(batches->get(1).ok());
+        EXPECT_FALSE(batches->get(2).ok());
+        EXPECT_OK(batches->get(3));
+        EXPECT_FALSE(batches->get(4).ok());
+        std::filesystem::rename(away, object);
+        for (const std::uint64_t n : {4, 5, 6}) {
+            const auto got = need(batches->get(n));
+            expect_equal(got, need(source.make(n)));
+        }
     }
 }
 

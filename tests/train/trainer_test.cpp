@@ -1,98 +1,16 @@
-#include "train/trainer.h"
-
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <limits>
 
 #include "model/lpips_weights.h"
-#include "ops/op_harness.h"
 #include "support/gpu_buffers.h"
-#include "support/gpu_env.h"
-#include "support/rng_fill.h"
+#include "support/parsed_json.h"
+#include "train/trainer_fixture.h"
 
 namespace splat::test {
 namespace {
 
-using config::TrainConfig;
-using train::TrainBatch;
-using train::Trainer;
-using train::TrainStep;
-
-/// Two levels of 8 and 4 pixels, attention at 4.
-model::ModelConfig small_network() {
-    model::ModelConfig c;
-    c.resolution = 8;
-    c.base_dim = 8;
-    c.num_blocks = 1;
-    c.channel_mult = {1, 2};
-    c.attention_resolutions = {4};
-    c.dropout = 0;
-    // Visible from the start, so that gradients have an ordinary size. Gaussians start at the centres
-    // of pixels. With this scale they end (alpha 1/255) 2.45 pixels away, where no other centre is;
-    // otherwise all of them would enter and leave pixels at the same time.
-    c.init_opacity = {1, 0};
-    c.init_scale = {0.1F, 0.09F};
-    return c;
-}
-
-TrainConfig small_training() {
-    TrainConfig c;
-    c.batch_size = 2;
-    c.targets = 2;
-    c.learning_rate = 1e-3;
-    c.ema_every = 1;
-    c.ema_after = 2;
-    c.ema_most = 0.9;
-    return c;
-}
-
-/// Images of two objects seen from the front, and their targets a little from the sides.
-struct Batch {
-    Batch(const model::ModelConfig& network, const TrainConfig& training, std::uint64_t seed = 3) {
-        const std::size_t pixels = std::size_t{network.resolution} * network.resolution;
-        const std::size_t objects = training.batch_size;
-        images = normal_fill(objects * network.input_channels() * pixels, seed, 0.5, 0.2);
-        targets = normal_fill(objects * training.targets * 3 * pixels, seed + 1, 0.5, 0.2);
-        for (std::size_t i = 0; i < objects; ++i) {
-            const float pose[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-            poses.insert(poses.end(), pose, pose + 16);
-            quaternions.insert(quaternions.end(), {1, 0, 0, 0});
-            for (std::uint32_t view = 0; view < training.targets; ++view) {
-                scene::Camera camera;
-                camera.width = camera.height = network.resolution;
-                camera.fx = camera.fy = 131.25 / 128 * network.resolution;
-                camera.cx = camera.cy = network.resolution / 2.0;
-                camera.world_to_camera = {1, 0, 0, 0.05 * view, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-                cameras.push_back(camera);
-            }
-        }
-    }
-    [[nodiscard]] TrainBatch view() const {
-        TrainBatch batch;
-        batch.images = images;
-        batch.view_to_world = poses;
-        batch.quaternions = quaternions;
-        batch.targets = targets;
-        batch.cameras = cameras;
-        return batch;
-    }
-    std::vector<float> images, targets, poses, quaternions;
-    std::vector<scene::Camera> cameras;
-};
-
-class TrainerRules : public KernelsTest {
+class TrainerRules : public TrainerTest {
   protected:
-    std::unique_ptr<Trainer> make(const model::ModelConfig& network, const TrainConfig& training) {
-        auto made = need(Trainer::create(context(), network, training));
-        EXPECT_OK(made->model().init(7));
-        return made;
-    }
-    TrainStep run(Trainer& trainer, const Batch& batch) {
-        TrainStep step;
-        EXPECT_OK(trainer.step(batch.view(), step));
-        return step;
-    }
     std::vector<float> gradient(Trainer& trainer, const char* name) {
         std::vector<float> values;
         const nn::Parameter* parameter = trainer.model().parameters().find(name);
@@ -133,7 +51,6 @@ class TrainerRules : public KernelsTest {
             EXPECT_NEAR(difference, expected[i], 2e-4 + 0.02 * largest) << "bias " << i;
         }
     }
-    static constexpr const char* kBias = "network_with_offset.out.bias";
 };
 SPLAT_INSTANTIATE_KERNELS(TrainerRules);
 
@@ -220,8 +137,15 @@ TEST_P(TrainerLpips, TakesPart) {
     const TrainStep with = run(*trainer, batch);
     EXPECT_GT(with.loss.of("lpips"), 0);
     EXPECT_NEAR(with.loss.total, 0.5 * with.loss.pixel + 0.5 * with.loss.of("lpips"), 1e-12);
+    const auto later = make(network, training);
+    for (int i = 0; i < 2; ++i) ASSERT_OK(later->step(batch.view()));
+    EXPECT_EQ(later->results().size(), 1U) << "read to know whether LPIPS begins";
+    ASSERT_OK(later->read());
+    EXPECT_EQ(later->results()[0].loss.total, without.loss.total);
+    EXPECT_EQ(later->results()[1].loss.total, with.loss.total);
 
     training.lpips_after = 0;
+    training.micro_batch = 2;
     expect_gradient_of_the_loss(network, training);
     std::filesystem::remove(training.lpips_weights[0]);
     training.lpips_weights = {folder + "/lpips.safetensors"};
@@ -458,6 +382,27 @@ TEST_P(TrainerRules, UpdatesAllOrNothing) {
     ASSERT_OK(others.read(others.find(kBias)->value, expected));
     EXPECT_NE(after, before);
     EXPECT_EQ(after, expected);
+}
+
+/// One up to the pictures, whose statistics the host reads, and one for gradients and the update.
+TEST_P(TrainerRules, AStepIsFewLists) {
+    vk::ContextDesc desc = context_desc(GetParam());
+    desc.profile = true;
+    const auto device = make_context(desc);
+    TrainConfig training = small_training();
+    training.batch_size = 4;
+    training.micro_batch = 4;
+    training.ssim_weight = 0.2;
+    const auto trainer = need(Trainer::create(*device, small_network(), training));
+    ASSERT_OK(trainer->model().init(7));
+    const Batch batch(small_network(), training);
+    for (int i = 0; i < 3; ++i) {
+        device->profile()->reset();
+        const TrainStep step = run(*trainer, batch);
+        EXPECT_GT(std::min({step.network_seconds, step.render_seconds, step.update_seconds}), 0);
+    }
+    const Json profile = need(parse_json(device->profile()->json("x"), "profile"));
+    EXPECT_EQ(profile["lists"]["count"], 2);
 }
 
 TEST_P(TrainerRules, RefusesABatchThatDoesNotFit) {

@@ -1,6 +1,7 @@
 // Trainings that go on: what stays the same, what may change, what is refused.
 #include <algorithm>
 #include <cmath>
+#include <regex>
 
 #include "train/training_fixture.h"
 
@@ -48,6 +49,56 @@ TEST_F(TrainingResume, TakesOnResumingWhatMayChange) {
     EXPECT_EQ(events[1].text, "logging.val_log 2 -> 0");
     EXPECT_EQ(events.back().step, 5U);
     EXPECT_HAS(file("run", "config.json"), "\"iterations\": 5");
+}
+
+/// Results that are read together are those of steps that are read one by one, but for times.
+TEST_F(TrainingResume, ReadsResultsTogether) {
+    const auto log = [&](const std::string& run, const char* name) {
+        return std::regex_replace(
+            file(run, name), std::regex("\"(seconds|[a-z]+_ms|folder)\": ?[^,]*,|training \\S+"),
+            "");
+    };
+    const auto weights = [&](const std::string& run, const std::string& name) {
+        return need(io::load_weights((folder_.path() / run / name).string())).tensors;
+    };
+    const std::vector<std::string> changes = {"opt.iterations=9", "logging.val_log=7",
+                                              "logging.ckpt_iterations=4"};
+    run(*open(desc("single", changes)));
+    std::vector<std::string> together = changes;
+    together.insert(together.end(), {"opt.read_every=5", "opt.num_workers=3"});
+    run(*open(desc("many", together)));
+    const auto expect_same = [&](const std::string& other) {
+        EXPECT_EQ(log("single", "metrics.jsonl"), log(other, "metrics.jsonl"));
+        for (const char* name : {"weights_last.safetensors", "weights_best.safetensors"})
+            EXPECT_TRUE(file("single", name) == file(other, name)) << name;
+        const char* const state = "checkpoints/step_0000000009.state.safetensors";
+        EXPECT_EQ(io::crc32_of(weights("single", state)), io::crc32_of(weights(other, state)));
+    };
+    expect_same("many");
+    for (const char* name : {"log.txt", "run.json"})
+        EXPECT_EQ(log("single", name), log("many", name)) << name;
+    {
+        const auto begun = open(desc("parts", together));
+        Event event;
+        while (event.step < 2) ASSERT_OK(begun->next(event));
+        interrupt_.raise();
+        EXPECT_EQ(kinds_of(run(*begun)), "ssci") << "the steps up to the next state";
+    }
+    run(*open(resumed("parts", {"opt.read_every=2"})));
+    EXPECT_HAS(file("parts", "log.txt"), "opt.read_every 5 -> 2");
+    expect_same("parts");
+    const auto events = run(*open(desc("scales", {"opt.read_every=2", "opt.scale_terms=true"})));
+    EXPECT_TRUE(events[0].warning);
+    EXPECT_HAS(events[0].text, "'opt.read_every' has no effect while opt.scale_terms is true");
+    SplatterTraining task(context_,
+                          desc("each", {"opt.read_every=2", "opt.scale_terms=true"}).training);
+    run::Messages messages;
+    ASSERT_OK(task.prepare(nullptr, messages));
+    ASSERT_OK(task.start(messages));
+    ASSERT_OK(task.begin());
+    std::deque<run::Step> done;
+    ASSERT_OK(task.step(2, done));
+    EXPECT_EQ(done.size(), 1U);
 }
 
 TEST_F(TrainingResume, WarnsOfACosineThatGoesOn) {

@@ -120,6 +120,18 @@ TEST_F(Device, EnvironmentForcesKernels) {
     unsetenv("SPLAT_KERNELS");
 }
 
+TEST_F(Device, EnvironmentForcesLevels) {
+    const auto before = environment("SPLAT_LEVELS");
+    for (const char* text : {"0", "1"}) {
+        setenv("SPLAT_LEVELS", text, 1);
+        EXPECT_EQ(vk::Device::create(desc()).value()->info().features.levels, *text == '1');
+    }
+    setenv("SPLAT_LEVELS", "off", 1);
+    EXPECT_ERROR(open(desc()), Code::kInvalidArgument, "SPLAT_LEVELS is 'off', expected 0 or 1");
+    unsetenv("SPLAT_LEVELS");
+    if (before) setenv("SPLAT_LEVELS", before->c_str(), 1);
+}
+
 TEST_F(Device, KernelsFollowSubgroups) {
     DeviceDesc narrow = desc();
     narrow.fake = [](DeviceInfo& info) { info.limits.subgroup_size = 4; };

@@ -37,7 +37,9 @@ TEST(Profile, SumsUpByOperatorAndShader) {
     profile.add_list({.submits = 1,
                       .dispatches = 4,
                       .copies = 1,
-                      .barriers = 2,
+                      .barriers = 4,
+                      .transfer_barriers = 1,
+                      .host_barriers = 1,
                       .gaps = 3,
                       .idle_ms = 1.5,
                       .device_ms = 9,
@@ -45,7 +47,8 @@ TEST(Profile, SumsUpByOperatorAndShader) {
     profile.add_list({.submits = 2,
                       .dispatches = 2,
                       .copies = 0,
-                      .barriers = 1,
+                      .barriers = 3,
+                      .host_barriers = 1,
                       .gaps = 1,
                       .idle_ms = 0.25,
                       .device_ms = 1,
@@ -56,7 +59,11 @@ TEST(Profile, SumsUpByOperatorAndShader) {
                                    {"submits", 3},
                                    {"dispatches", 6},
                                    {"copies", 1},
-                                   {"barriers", 3},
+                                   {"barriers", 7},
+                                   {"compute_barriers", 4},
+                                   {"transfer_barriers", 1},
+                                   {"host_barriers", 2},
+                                   {"levels", 5},
                                    {"bytes", 3e8},
                                    {"device_ms", 10},
                                    {"longest_submit_ms", 8}}));
@@ -180,6 +187,9 @@ TEST(Profile, DealsTheTimeOfALevelByEstimates) {
     EXPECT_EQ(json["lists"]["dispatches"], 1);
     EXPECT_EQ(json["lists"]["copies"], 2);
     EXPECT_EQ(json["lists"]["barriers"], 3) << "before, between, to the host";
+    EXPECT_EQ(json["lists"]["transfer_barriers"], 2);
+    EXPECT_EQ(json["lists"]["compute_barriers"], 0);
+    EXPECT_EQ(json["lists"]["levels"], 2);
     double sum = json["idle"]["total_ms"].get<double>();
     for (const Json& op : json["ops"]) {
         EXPECT_GT(op["min_ms"].get<double>(), 0) << op;

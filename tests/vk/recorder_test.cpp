@@ -238,23 +238,6 @@ TEST_F(RecorderBarriers, ComputesThroughBothKindsOfLoads) {
     for (std::uint32_t i = 0; i < kElements; ++i) ASSERT_EQ(y[i], 2 * (3 * x[i] + 1)) << i;
 }
 
-TEST_F(RecorderBarriers, RunsAgainWithNewPushData) {
-    const Buffer in = upload(*context_, std::vector<float>(kElements, 1));
-    vk::Recorder r(*context_);
-    EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kElements, 2)));
-    EXPECT_OK(r.dispatch(scale(b_.range(), c_.range(), kElements, 5)));
-    const std::size_t second = r.last_dispatch();
-    CommandList list = need(r.finish());
-    for (const float factor : {5.0F, 7.0F, -1.0F}) {
-        EXPECT_OK(list.set_push(second, ScaleParams{kElements, factor}));
-        EXPECT_OK(context_->run(list));
-        EXPECT_EQ(download(*context_, c_.range(), kElements),
-                  std::vector<float>(kElements, 2 * factor));
-    }
-    EXPECT_ERROR(list.set_push(second, kElements), Code::kInternal, "push constants");
-    EXPECT_ERROR(list.set_push(2, ScaleParams{kElements, 1}), Code::kInternal, "dispatch 2");
-}
-
 TEST_F(RecorderBarriers, EmptyListRuns) {
     vk::Recorder r(*context_);
     CommandList list = need(r.finish());

@@ -87,13 +87,6 @@ TEST_F(Split, ManyShortDispatchesAreSpreadOverSubmits) {
     EXPECT_EQ(run(list), run(whole));
 }
 
-TEST_F(Split, PushDataReachesEveryPart) {
-    CommandList whole = record(slow(y_.range(), kGroups, 99, 0));
-    CommandList list = record(slow(y_.range(), kGroups, 1, flops_for(*context_, 5)));
-    EXPECT_OK(list.set_push(0, SlowParams{kGroups[0], 99}));
-    EXPECT_EQ(run(list), run(whole));
-}
-
 TEST_F(Split, ShadersThatCountGroupsStayWhole) {
     const CommandList list =
         record(count_groups(y_.range(), 100, flops_for(*context_, 20, "test_count_groups")));

@@ -138,27 +138,12 @@ TEST_F(Submit, TimeoutIsReportedAndRecoveredFrom) {
     std::vector<float> values(kScaled, -1);
     EXPECT_ERROR(context->read(y.range(), values.data(), kScaled * 4), Code::kTimeout,
                  "did not finish");
+    EXPECT_ERROR(context->settle(), Code::kTimeout, "Its last work: scale (test_scale); submit 1");
     EXPECT_EQ(values, std::vector<float>(kScaled, -1)) << "outputs untouched";
     g_timeouts = 0;
     g_calls = 0;
     EXPECT_OK(context->run(list));  // first waits for the run before
     EXPECT_EQ(g_calls, 2);
-    expect_scaled();
-}
-
-/// The layer would complain of a command buffer that is written while it runs.
-TEST_F(Submit, RunningListsAreNotEncodedAnew) {
-    auto& [context, x, y, list] = *scaling_;
-    time_out(*context, kStuck);
-    EXPECT_ERROR(context->run(list), Code::kTimeout, "");
-    for (const Command& command : list.commands())
-        if (command.kind == CommandKind::kDispatch) {  // to be encoded again
-            EXPECT_OK(list.set_push_data(command.dispatch, command.push));
-        }
-    EXPECT_ERROR(context->make_ready(list), Code::kTimeout, "");
-    g_timeouts = 0;
-    EXPECT_OK(context->make_ready(list));
-    EXPECT_OK(context->run(list));
     expect_scaled();
 }
 
@@ -254,6 +239,46 @@ TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
     EXPECT_EQ(submits, segments());
 }
 
+/// A list that was noted while Uncancelled is cancelled before it begins, and not in its middle.
+TEST_F(Submit, NotedListIsWholeOnceItBegan) {
+    const auto& context = scaling_->context;
+    CommandList update = record_slow();
+    CommandList before =
+        record(*context, {slow(slow_.range(), {64, 1, 1}, 1000, flops_for(*context, 20))});
+    static int submits, cancelled_at;
+    static Interrupt* interrupt;
+    interrupt = &context->mutex.interrupt();
+    g_submit = context->device().vk.vkQueueSubmit;
+    context->device().vk.vkQueueSubmit = [](VkQueue queue, std::uint32_t count,
+                                            const VkSubmitInfo* info, VkFence fence) {
+        if (++submits == cancelled_at) interrupt->raise();
+        return g_submit(queue, count, info, fence);
+    };
+    Batch batch;
+    const auto run = [&](int cancel_at) {
+        submits = 0;
+        cancelled_at = cancel_at;
+        const std::lock_guard lock(context->mutex);  // a call begins
+        BatchScope scope(*context, batch);
+        EXPECT_OK(context->run(before));
+        {
+            const Uncancelled whole(context->mutex);
+            EXPECT_OK(context->run(update));
+        }
+        return scope.finish();
+    };
+    EXPECT_OK(run(0));
+    EXPECT_OK(run(submits - 1));
+    const int all = submits;
+    ASSERT_GT(all, 6);
+    EXPECT_ERROR(run(2), Code::kCancelled, "splat_device_cancel");
+    EXPECT_EQ(submits, 2);
+    EXPECT_OK(run(all));
+    EXPECT_EQ(submits, all);
+    const std::lock_guard lock(context->mutex);  // the next call
+    expect_slow_done();
+}
+
 /// What was submitted is waited for; segments that were not submitted do not run.
 TEST_F(Submit, SplitListThatTimesOutIsRecoveredFrom) {
     const auto& context = scaling_->context;
@@ -265,6 +290,40 @@ TEST_F(Submit, SplitListThatTimesOutIsRecoveredFrom) {
     g_timeouts = 0;
     EXPECT_OK(context->run(list));
     expect_slow_done();
+}
+
+/// A loss names what was submitted and has not ended, of all lists that were joined.
+TEST_F(Submit, LossNamesTheLastWork) {
+    auto& [context, x, y, list] = *scaling_;
+    CommandList add = record(*context, {accumulate(x.range(), y.range(), kScaled)});
+    context->device().vk.vkQueueSubmit = submit_loses_device;
+    Batch batch;
+    BatchScope scope(*context, batch);
+    EXPECT_OK(context->fill(y.range(), 0));
+    EXPECT_OK(context->run(list));
+    EXPECT_OK(context->run(add));
+    const Status lost = scope.finish();
+    EXPECT_ERROR(lost, Code::kDeviceLost,
+                 "create it again. Its last work: fill to accumulate (test_accumulate");
+    EXPECT_ERROR(lost, Code::kDeviceLost, "), most of it fill; submit 1 of 1");
+}
+
+TEST_F(Submit, LossOfASegmentNamesThoseThatHaveNotEnded) {
+    const auto& context = scaling_->context;
+    CommandList list = record_slow();
+    ASSERT_GT(list.submit_count(), 3U);
+    static int waits;
+    waits = 0;
+    g_wait = context->device().vk.vkWaitForFences;
+    context->device().vk.vkWaitForFences = [](VkDevice device, std::uint32_t count,
+                                              const VkFence* fences, VkBool32 all,
+                                              std::uint64_t timeout) {
+        const VkResult result = g_wait(device, count, fences, all, timeout);
+        return ++waits == 2 ? VK_ERROR_DEVICE_LOST : result;
+    };
+    EXPECT_ERROR(context->run(list), Code::kDeviceLost,
+                 "Its last work: slow (test_slow) to slow (test_slow), most of it slow "
+                 "(test_slow); submit 2 of ");
 }
 
 /// A slow device that works is not taken for one that hangs: the timeout is that of a segment.

@@ -94,11 +94,11 @@ def ops(figures):
 
 def networks(figures):
     heads = ["network", "objects", "pass", "wall ms, min / median", "on the device ms", "submits", "dispatches",
-             "fills and copies", "barriers", "bytes moved", "GFLOP/s"]
+             "fills and copies", "barriers", "levels", "bytes moved", "GFLOP/s"]
     rows = []
     for row in figures["rows"]:
         if "problem" in row:
-            rows.append((row["network"], row["objects"], row["problem"], *[""] * 8))
+            rows.append((row["network"], row["objects"], row["problem"], *[""] * 9))
             continue
         for key, title in (("forward", "forward"), ("forward_backward", "forward + backward")):
             lists = row["lists"].get(key, {})
@@ -106,6 +106,7 @@ def networks(figures):
                                                                       "median": row[key]["median_ms"]}),
                          number(lists.get("device_ms"), 4), lists.get("submits", row["lists"].get("problem", "")),
                          lists.get("dispatches", ""), lists.get("copies", ""), lists.get("barriers", ""),
+                         lists.get("levels", ""),
                          size(lists["bytes"]) if "bytes" in lists else "", number(row[key]["gflop_per_s"], 4)))
     return ["The times on the device are those of one more pass with timestamps; bytes as the operators count them.",
             ""] + table(heads, rows)

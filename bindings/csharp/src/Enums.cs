@@ -83,6 +83,7 @@ namespace Splat
         /** <summary>shaders have integers of 64 bits</summary> */ Int64 = 8,
         /// <summary>the host reads device memory in place, through its caches: tensors map without a copy</summary>
         UnifiedMemory = 16,
+        /** <summary>tensors can be exported and imported</summary> */ ExternalMemory = 32,
     }
 
     /// <summary>How a device is chosen.</summary>
@@ -114,6 +115,14 @@ namespace Splat
         /** <summary>float32</summary> */ F32 = 1,
         /** <summary>signed integers of 32 bits</summary> */ I32 = 2,
         /** <summary>unsigned integers of 32 bits</summary> */ U32 = 3,
+    }
+
+    /// <summary>Options of a tensor.</summary>
+    [Flags]
+    public enum TensorFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /** <summary>in an allocation of its own, for <c>Tensor.Export</c></summary> */ Exportable = 1,
     }
 
     /// <summary>What is done with the elements of a tensor while it is mapped.</summary>
@@ -407,9 +416,10 @@ namespace Splat
         Blocks = 32,
     }
 
-    /// <summary>What a forward call draws. Shapes are those of the last call: V views, N Gaussians. Outputs of
-    /// Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not finite,
-    /// without extent, or (gsplat) fainter than 1/255. No skip changes them.</summary>
+    /// <summary>What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a
+    /// range of fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other, I Gaussians
+    /// in all. Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the
+    /// image, not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.</summary>
     public enum Output : int
     {
         /** <summary>Nothing: the default.</summary> */ Default = 0,
@@ -425,7 +435,8 @@ namespace Splat
         /** <summary>[V,N] 1, or 0 if culled</summary> */ Visibility = 10,
         /// <summary>[V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera</summary>
         Normals = 11,
-        /** <summary>[V,H,W] Gaussian of the largest weight, from 0; -1: none</summary> */ Ids = 12,
+        /// <summary>[V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none</summary>
+        Ids = 12,
     }
 
     /// <summary>What becomes of gradients.</summary>
@@ -660,7 +671,8 @@ namespace Splat
                 { "splat_tensor_map", "Tensor.Map" }, { "splat_tensor_unmap", "Tensor.Map" },
                 { "splat_trainer", "Trainer" }, { "splat_training_open", "Training" },
                 { "splat_weights", "Weights" }, { "timeout_ns", "DeviceOptions.Timeout" },
-                { "value_count", "the number of values" }, { "weight_count", "the number of weights" },
+                { "value_count", "the number of values" }, { "view_range_count", "the number of view_ranges" },
+                { "weight_count", "the number of weights" },
             };
     }
 }

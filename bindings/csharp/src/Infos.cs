@@ -184,6 +184,8 @@ namespace Splat
         public int Runs { get; }
         /** <summary>Gaussians of the call: n of the outputs' shapes</summary> */ public int Gaussians { get; }
         /** <summary>views of the call: v of the outputs' shapes</summary> */ public int Views { get; }
+        /// <summary>(Gaussian, view) pairs of the call: n v, or the sum of its ranges</summary>
+        public int Items { get; }
         /// <summary>(Gaussian, view) pairs that are neither visible nor <c>NonFinite</c></summary>
         public long Culled { get; }
         /// <summary>(Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or
@@ -202,6 +204,7 @@ namespace Splat
             Runs = checked((int)from->runs);
             Gaussians = checked((int)from->gaussians);
             Views = checked((int)from->views);
+            Items = checked((int)from->items);
             Culled = checked((long)from->culled);
             NonFinite = checked((long)from->non_finite);
         }

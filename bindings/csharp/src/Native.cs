@@ -152,13 +152,14 @@ namespace Splat.Interop
         /// Report the time of every kind of dispatch since creation or the last reset, on a device with
         /// SPLAT_DEVICE_PROFILE. JSON: {"device": name, "ops": [{"op", "kernel", "count", "total_ms",
         /// "min_ms", "median_ms", "bytes", "flops"}], "idle": {"count", "total_ms"}, "lists": {"count",
-        /// "submits", "dispatches", "copies", "barriers", "bytes", "device_ms", "longest_submit_ms"},
+        /// "submits", "dispatches", "copies", "barriers", "compute_barriers", "transfer_barriers",
+        /// "host_barriers", "levels", "bytes", "device_ms", "longest_submit_ms"},
         /// "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}. "bytes" and "flops" of an
         /// operator are means over its dispatches, as it counts them. "idle" is the time between what is
         /// timed in one list. "lists" is what all lists together held and took, and their longest piece, on
-        /// the host's clock. "transfers" is what was copied between host memory and the device. On GPUs,
-        /// dispatches between two barriers may overlap: they are timed together, and each gets a share by its
-        /// estimated time.
+        /// the host's clock; a level is what lies between two barriers. "transfers" is what was copied
+        /// between host memory and the device. On GPUs, dispatches of one level may overlap: they are timed
+        /// together, and each gets a share by its estimated time.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
         ///   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE
         /// </summary>
@@ -178,7 +179,8 @@ namespace Splat.Interop
         /// Create a tensor on the device, row-major and contiguous, filled with zeros.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      rank, dtype, a dimension &lt; 1, or 2^31 elements or more
-        ///   SPLAT_ERROR_UNSUPPORTED           more bytes than max_storage_buffer_bytes of the device
+        ///   SPLAT_ERROR_UNSUPPORTED           more bytes than max_storage_buffer_bytes of the device, or
+        ///                                     flags without SPLAT_FEATURE_EXTERNAL_MEMORY
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_create(SafeDeviceHandle
@@ -1138,9 +1140,12 @@ namespace Splat.Interop
             SafeSceneHandle scene, splat_camera* cameras, uint count, float* background);
 
         /// <summary>
-        /// Draw Gaussians that are tensors.
+        /// Draw Gaussians that are tensors, or a scene whose views see ranges of it or have tiles that are off.
         /// gaussians       tensors of the rasterizer's device; all NULL for n = 0
-        /// Other parameters and results as splat_rasterizer_forward_scene.
+        /// Other parameters and results as splat_rasterizer_forward_scene;
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      also for a scene and tensors, a range beyond the n Gaussians,
+        ///                                     another number of ranges than cameras, and ranges of more
+        ///                                     Gaussians in all than the rasterizer was made for
         /// </summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
             splat_rasterizer_forward(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
@@ -1508,16 +1513,36 @@ namespace Splat.Interop
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_model(SafeTrainerHandle
             trainer, IntPtr* model);
 
-        /// <summary>Do one update. Arrays are read before the call returns. Returns SPLAT_OK,
-        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and SPLAT_ERROR_INVALID_ARGUMENT as
-        /// splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
-        /// SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update</summary>
+        /// <summary>
+        /// Do one update. Arrays are read before the call returns.
+        /// info      in/out, struct_size set: what this step did. NULL: the device decides by itself whether to update,
+        ///           and splat_trainer_read gives later what it did. The host reads only how many pairs are drawn, as it
+        ///           makes room for them, and scales for CO3D's terms; and all that is unread where it must know whether
+        ///           LPIPS begins, or when 16 steps, or opt.read_every if that is more, but at most 256, are unread
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
+        ///   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+        ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update
+        /// </summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_step(SafeTrainerHandle
             trainer, splat_trainer_batch* batch, splat_trainer_info* info);
 
-        /// <summary>JSON: {"step", "attempts" (with skipped ones), "parameters", "trainable", "ledger" (of the last
-        /// attempt; null before the first): {"visible", "culled", "non_finite", "gradients_zero"} (see
-        /// splat_trainer_info), "config"}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE</summary>
+        /// <summary>
+        /// Read what the steps without `info` did, oldest first, each step once. Nothing of them is lost if a step with
+        /// `info`, splat_trainer_save, splat_trainer_store or splat_trainer_resume comes before; of more than 65,536
+        /// steps the latest are kept.
+        /// infos     in/out, `capacity` of them, struct_size of each set to the same; may be NULL when capacity is 0
+        /// count     out, how many there were; may be NULL. Those that do not fit are given by the next call
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE (what fits was given), SPLAT_ERROR_INVALID_HANDLE,
+        ///   SPLAT_ERROR_INVALID_ARGUMENT (infos), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; none is given then
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_read(SafeTrainerHandle
+            trainer, splat_trainer_info* infos, UIntPtr capacity, UIntPtr* count);
+
+        /// <summary>JSON: {"step" (updates by the steps that were read), "attempts" (all steps, with skipped ones),
+        /// "unread" (steps that were not read), "skipped" (steps without an update in a row, up to the last that was
+        /// read), "parameters", "trainable", "ledger" (of the last step that was read; null before the first):
+        /// {"visible", "culled", "non_finite", "gradients_zero"} (see splat_trainer_info), "config"}. Does not wait
+        /// for a call on another thread. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE</summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_report(SafeTrainerHandle
             trainer, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
@@ -1610,7 +1635,8 @@ namespace Splat.Interop
             device, splat_training_desc* desc, IntPtr* run);
 
         /// <summary>
-        /// Describe the latest attempt of a step in this session, skipped or not.
+        /// Describe the latest attempt of a step in this session, skipped or not. With opt.read_every above 1
+        /// it may be a later one than that of the latest event.
         /// run       of splat_training_open
         /// info      in/out, struct_size set
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL; a run of another
@@ -1773,6 +1799,38 @@ namespace Splat.Interop
         /// <summary>Destroy a comparison. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_comparison_destroy(IntPtr
             comparison);
+
+        /// <summary>
+        /// Give others a handle of a tensor's memory, with what they must know to open it: elements are
+        /// row-major and contiguous. The handle and all who opened it keep the memory alive: it stays valid,
+        /// with its elements, after the tensor and the device are destroyed and the process has ended.
+        /// memory    in/out, struct_size set. memory-&gt;handle is the caller's, who closes it by close() (on
+        ///           Windows CloseHandle()), unless an API that opens it takes it, as CUDA does a descriptor.
+        ///           Each call makes another one
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (struct_size), or
+        ///   SPLAT_ERROR_INVALID_STATE  made without SPLAT_TENSOR_EXPORTABLE, imported itself, or mapped
+        ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY  no descriptor is left
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_DEVICE_LOST
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_export(SafeTensorHandle
+            tensor, splat_external_memory* memory);
+
+        /// <summary>
+        /// Create a tensor in memory that splat_tensor_export, another process or another API exported on the
+        /// same device and driver. The elements are what the memory holds. It must have whole quads of 16 bytes
+        /// for them, of which the library may overwrite the rest behind the last element. The memory counts to
+        /// the device's budget, and lives at least as long as the tensor, whatever becomes of its owner.
+        /// desc      flags 0
+        /// memory    its handle stays the caller's, who may close it when this returns. A wrong memory_bytes
+        ///           is refused where the system or the driver knows better, and undefined elsewhere
+        /// Returns what splat_tensor_create returns, SPLAT_ERROR_INVALID_ARGUMENT also for
+        ///   a struct_size, a handle that is not open or of no memory that the device opens, UUIDs of another
+        ///   device or driver, memory_bytes too few for the elements, an offset that is no multiple of the
+        ///   device's alignment (256 suits all), a memory_type that the device does not have for tensors;
+        ///   SPLAT_ERROR_UNSUPPORTED also without SPLAT_FEATURE_EXTERNAL_MEMORY
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_import(SafeDeviceHandle
+            device, splat_tensor_desc* desc, splat_external_memory* memory, IntPtr* tensor);
 
         /// <summary>
         /// Open a fit, which splat_run_destroy closes: read the photographs, undo the distortion of their lenses, and without
@@ -2132,7 +2190,7 @@ namespace Splat.Interop
     public unsafe struct splat_tensor_desc
     {
         public uint struct_size;
-        /** <summary>0</summary> */ public uint flags;
+        /** <summary>SPLAT_TENSOR_ bits</summary> */ public TensorFlags flags;
         /** <summary>NULL</summary> */ public void* next;
         /** <summary>used in messages; may be NULL</summary> */ public byte* name;
         /** <summary>0 = SPLAT_DTYPE_F32</summary> */ public DType dtype;
@@ -2741,7 +2799,9 @@ namespace Splat.Interop
         /** <summary>0 = SPLAT_CONVENTION_3DGS</summary> */ public Convention convention;
         /** <summary>scene units; 0 = 0.2, in SPLAT_CONVENTION_GSPLAT 0.01</summary> */ public float near_plane;
         /** <summary>scene units; 0 = 1e10</summary> */ public float far_plane;
-        public uint reserved;
+        /// <summary>most (Gaussian, view) pairs of a call, as the sum of its view_ranges; 0 = N V. It decides the
+        /// memory. With views = 0 it is the number at first, and grows</summary>
+        public uint items;
     }
 
     /// <summary>
@@ -2770,6 +2830,15 @@ namespace Splat.Interop
         /// tile with 0 are the background with alpha 0 and pass no gradient; they cost nearly nothing</summary>
         public byte* active_tiles;
         /** <summary>bytes; 0 with NULL</summary> */ public UIntPtr active_tile_count;
+        /// <summary>[v,2] for each view of the call, the first Gaussian that it sees and how many, e.g. of sets that
+        /// lie one after the other; NULL: each sees all. They may overlap, repeat and be empty. A view is drawn as by
+        /// a call for it alone with these Gaussians, to the bit, and so are gradients of its pose, intrinsics and
+        /// means2d; time and memory are those of such calls. Gradients and contributions of Gaussians are those of a
+        /// call for each range with all its views, in the order of their first ones, added. Gaussians that no view
+        /// sees get 0</summary>
+        public uint* view_ranges;
+        /** <summary>numbers: 2 v; 0 with NULL</summary> */ public UIntPtr view_range_count;
+        /** <summary>drawn instead of tensors, which are NULL then; else NULL</summary> */ public IntPtr scene;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -2789,8 +2858,8 @@ namespace Splat.Interop
         /** <summary>[N]</summary> */ public IntPtr grad_opacities;
         /** <summary>[N,(sh_degree+1)^2,3]</summary> */ public IntPtr grad_sh;
         /** <summary>[N,3] direct colours</summary> */ public IntPtr grad_colors;
-        /** <summary>[V,N,2] per pixel</summary> */ public IntPtr grad_means2d;
-        /** <summary>[V,N,2] sums over the pixels of absolute values</summary> */ public IntPtr grad_means2d_abs;
+        /** <summary>[V,N,2] per pixel; [I,2] as outputs of Gaussians</summary> */ public IntPtr grad_means2d;
+        /** <summary>the same: sums over the pixels of absolute values</summary> */ public IntPtr grad_means2d_abs;
         /// <summary>[V,3,4] rows of the rotation and the translation</summary>
         public IntPtr grad_world_to_camera;
         /** <summary>[V,4] fx, fy, cx, cy</summary> */ public IntPtr grad_intrinsics;
@@ -2818,7 +2887,8 @@ namespace Splat.Interop
         public uint runs;
         /** <summary>Gaussians of the call: n of the outputs' shapes</summary> */ public uint gaussians;
         /** <summary>views of the call: v of the outputs' shapes</summary> */ public uint views;
-        public uint reserved;
+        /// <summary>(Gaussian, view) pairs of the call: n v, or the sum of its ranges</summary>
+        public uint items;
         /** <summary>(Gaussian, view) pairs that are neither visible nor non_finite</summary> */ public ulong culled;
         /// <summary>(Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or
         /// of its colour is NaN or infinite</summary>
@@ -3270,6 +3340,24 @@ namespace Splat.Interop
         /** <summary>the same, with a finite score in A only</summary> */ public ulong lacking_b;
     }
 
+    /// <summary>Memory of a device, as one API or process gives it to another.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_external_memory
+    {
+        public uint struct_size;
+        /// <summary>1 + Vulkan's index of its type of memory; 0: not known, device-local</summary>
+        public uint memory_type;
+        /// <summary>Linux: a file descriptor, as of VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT and
+        /// CU_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD; Windows (never tried): an NT handle, OPAQUE_WIN32</summary>
+        public long handle;
+        /// <summary>bytes of the whole allocation, which is not dedicated to a buffer</summary>
+        public ulong memory_bytes;
+        /** <summary>bytes from its start to the first element</summary> */ public ulong offset;
+        /// <summary>Vulkan's deviceUUID, on NVIDIA also CUDA's; zeros: not checked</summary>
+        public fixed byte device_uuid[16];
+        /** <summary>Vulkan's driverUUID; zeros: not checked</summary> */ public fixed byte driver_uuid[16];
+    }
+
     /// <summary>What to fit, and how long.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_fit_desc
@@ -3589,10 +3677,11 @@ namespace Splat.Interop
                 "gaussians:56:8 not_finite:64:8 faint:72:8 read_ms:80:8 network_ms:88:8"),
             new NativeLayout(typeof(splat_rasterizer_desc), 56, false,
                 "struct_size:0:4 flags:4:4 next:8:8 gaussians:16:4 views:20:4 width:24:4 height:28:4 " +
-                "sh_degree:32:4 disabled_skips:36:4 convention:40:4 near_plane:44:4 far_plane:48:4 reserved:52:4"),
-            new NativeLayout(typeof(splat_gaussians_desc), 80, false,
+                "sh_degree:32:4 disabled_skips:36:4 convention:40:4 near_plane:44:4 far_plane:48:4 items:52:4"),
+            new NativeLayout(typeof(splat_gaussians_desc), 104, false,
                 "struct_size:0:4 flags:4:4 next:8:8 means:16:8 scales:24:8 rotations:32:8 opacities:40:8 sh:48:8 " +
-                "colors:56:8 active_tiles:64:8 active_tile_count:72:8"),
+                "colors:56:8 active_tiles:64:8 active_tile_count:72:8 view_ranges:80:8 view_range_count:88:8 " +
+                "scene:96:8"),
             new NativeLayout(typeof(splat_gradients_desc), 128, false,
                 "struct_size:0:4 flags:4:4 next:8:8 grad_rgb:16:8 grad_alpha:24:8 grad_depth:32:8 grad_means:40:8 " +
                 "grad_scales:48:8 grad_rotations:56:8 grad_opacities:64:8 grad_sh:72:8 grad_colors:80:8 " +
@@ -3600,7 +3689,7 @@ namespace Splat.Interop
                 "contributions:120:8"),
             new NativeLayout(typeof(splat_rasterizer_info), 88, false,
                 "struct_size:0:4 passes:4:4 visible:8:8 pairs:16:8 longest:24:8 tiles:32:8 empty_tiles:40:8 " +
-                "bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 reserved:68:4 culled:72:8 non_finite:80:8"),
+                "bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 items:68:4 culled:72:8 non_finite:80:8"),
             new NativeLayout(typeof(splat_scene_render_desc), 40, false,
                 "struct_size:0:4 flags:4:4 next:8:8 output:16:4 convention:20:4 background:24:12 reserved:36:4"),
             new NativeLayout(typeof(splat_image_info), 16, false,
@@ -3674,6 +3763,9 @@ namespace Splat.Interop
                 "struct_size:0:4 metric:4:4 verdict:8:4 exact:12:4 mean_a:16:8 mean_b:24:8 difference:32:8 " +
                 "p_permutation:40:8 p_parametric:48:8 p_holm:56:8 low:64:8 high:72:8 effect:80:8 n_a:88:8 " +
                 "n_b:96:8 lacking_a:104:8 lacking_b:112:8"),
+            new NativeLayout(typeof(splat_external_memory), 64, false,
+                "struct_size:0:4 memory_type:4:4 handle:8:8 memory_bytes:16:8 offset:24:8 device_uuid:32:16 " +
+                "driver_uuid:48:16"),
             new NativeLayout(typeof(splat_fit_desc), 136, false,
                 "struct_size:0:4 flags:4:4 next:8:8 folder:16:8 data:24:8 masks:32:8 steps:40:8 seconds:48:8 " +
                 "seed:56:8 max_gaussians:64:4 sh_bands:68:4 downscale:72:4 test_every:76:4 cameras:80:4 " +

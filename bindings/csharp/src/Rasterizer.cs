@@ -29,6 +29,8 @@ namespace Splat
         public float NearPlane { get; set; }
         /// <summary>Scene units; 0: 1e10.</summary>
         public float FarPlane { get; set; }
+        /// <summary>Most (Gaussian, view) pairs of a call, as the sum of its ranges; 0: Gaussians x Views.</summary>
+        public long Items { get; set; }
     }
 
     /// <summary>How Scene.Render draws.</summary>
@@ -92,6 +94,13 @@ namespace Splat
         /// the background with alpha 0, and pass no gradient.
         /// </summary>
         public byte[] ActiveTiles { get; set; }
+        /// <summary>
+        /// [v,2] the first Gaussian that each view of the call sees, and how many; null: all. Each range costs what
+        /// a call for it would, with the same bits.
+        /// </summary>
+        public uint[] ViewRanges { get; set; }
+        /// <summary>Drawn instead of tensors, which are null then; else null.</summary>
+        public Scene Scene { get; set; }
     }
 
     /// <summary>
@@ -175,6 +184,7 @@ namespace Splat
                 convention = options.Convention,
                 near_plane = options.NearPlane,
                 far_plane = options.FarPlane,
+                items = (uint)Check.Within(options.Items, 0, uint.MaxValue, nameof(options.Items)),
             };
             IntPtr handle;
             Check.Ok(Native.splat_rasterizer_create(device.Handle, &desc, &handle));
@@ -224,6 +234,9 @@ namespace Splat
                     colors = arena.Hold(gaussians.Colors),
                     active_tiles = (byte*)arena.Pin(gaussians.ActiveTiles),
                     active_tile_count = (UIntPtr)(gaussians.ActiveTiles?.Length ?? 0),
+                    view_ranges = (uint*)arena.Pin(gaussians.ViewRanges),
+                    view_range_count = (UIntPtr)(gaussians.ViewRanges?.Length ?? 0),
+                    scene = arena.Hold(gaussians.Scene),
                 };
                 using (Cancellation.Of(device, token))
                     Check.Ok(Native.splat_rasterizer_forward(
@@ -243,7 +256,7 @@ namespace Splat
         {
             RasterizerInfo info = GetInfo(state);
             long pixels = (long)info.Views * height * width;
-            long pairs = (long)info.Views * info.Gaussians;
+            long pairs = info.Items;
             float[] values = Values.New<float>("the output", Elements(output, pixels, pairs));
             Read(output, values, state);
             return values;

@@ -8,6 +8,39 @@ namespace Splat
     /// <summary>Works on elements in place, see Tensor.Map.</summary>
     public delegate void SpanAction<T>(Span<T> values) where T : struct;
 
+    /// <summary>Memory of a device, as one API or process gives it to another.</summary>
+    public sealed unsafe class ExternalMemory
+    {
+        internal splat_external_memory Raw;
+
+        /// <summary>Describe memory; see the properties.</summary>
+        public ExternalMemory(long handle, ulong memoryBytes, ulong offset = 0, uint memoryType = 0)
+        {
+            Raw.struct_size = (uint)sizeof(splat_external_memory);
+            Raw.handle = handle;
+            Raw.memory_bytes = memoryBytes;
+            Raw.offset = offset;
+            Raw.memory_type = memoryType;
+        }
+
+        internal ExternalMemory(splat_external_memory raw)
+        {
+            Raw = raw;
+        }
+
+        /// <summary>A file descriptor; on Windows (never tried) an NT handle.</summary>
+        public long Handle => Raw.handle;
+
+        /// <summary>Bytes of the whole allocation.</summary>
+        public ulong MemoryBytes => Raw.memory_bytes;
+
+        /// <summary>Bytes from its start to the first element.</summary>
+        public ulong Offset => Raw.offset;
+
+        /// <summary>1 + Vulkan's index of its type of memory; 0: not known.</summary>
+        public uint MemoryType => Raw.memory_type;
+    }
+
     /// <summary>An array of numbers on a device, row-major. Thread-safe.</summary>
     public sealed unsafe class Tensor : NativeObject<SafeTensorHandle>
     {
@@ -16,8 +49,10 @@ namespace Splat
         /// <param name="dims">elements, outermost first; none for a scalar</param>
         /// <param name="type">DType.Default is DType.F32</param>
         /// <param name="name">for messages; may be null</param>
-        public Tensor(Device device, long[] dims, DType type = DType.Default, string name = null)
-            : base(Create(device, dims, type, name, null, 0))
+        /// <param name="exportable">in an allocation of its own, for Export</param>
+        public Tensor(Device device, long[] dims, DType type = DType.Default, string name = null,
+                      bool exportable = false)
+            : base(Create(device, dims, type, name, null, 0, exportable))
         {
         }
 
@@ -51,8 +86,36 @@ namespace Splat
             return From(device, new ReadOnlySpan<T>(Check.NotNull(values, nameof(values))), dims);
         }
 
+        /// <summary>
+        /// Create a tensor in memory that Export, another process or another API exported on the same
+        /// device and driver. The handle stays the caller's. A wrong MemoryBytes may be undefined. What
+        /// others do there must have ended before a call uses the tensor.
+        /// </summary>
+        public static Tensor Import(Device device, ExternalMemory memory, long[] dims,
+                                    DType type = DType.Default, string name = null)
+        {
+            Check.NotNull(memory, nameof(memory));
+            splat_external_memory raw = memory.Raw;
+            return new Tensor(Create(device, dims, type, name, null, 0, false, &raw));
+        }
+
+        /// <summary>
+        /// A handle of the memory of an exportable tensor, which the caller closes. It and all who opened
+        /// it keep the memory alive. Calls have ended on the device when they return.
+        /// </summary>
+        public ExternalMemory Export()
+        {
+            var raw = new splat_external_memory
+            {
+                struct_size = (uint)sizeof(splat_external_memory)
+            };
+            Check.Ok(Native.splat_tensor_export(Handle, &raw));
+            return new ExternalMemory(raw);
+        }
+
         private static SafeTensorHandle Create(Device device, long[] dims, DType type, string name,
-                                           void* data, int bytes)
+                                           void* data, int bytes, bool exportable = false,
+                                           splat_external_memory* memory = null)
         {
             Check.NotNull(device, nameof(device));
             Check.Dims(dims, nameof(dims));
@@ -61,13 +124,16 @@ namespace Splat
                 var desc = new splat_tensor_desc
                 {
                     struct_size = (uint)sizeof(splat_tensor_desc),
+                    flags = exportable ? TensorFlags.Exportable : 0,
                     name = arena.Optional(name, nameof(name)),
                     dtype = type,
                     rank = (uint)dims.Length,
                 };
                 for (int i = 0; i < dims.Length; ++i) desc.dims[i] = dims[i];
                 IntPtr handle;
-                Check.Ok(data == null
+                Check.Ok(memory != null
+                    ? Native.splat_tensor_import(device.Handle, &desc, memory, &handle)
+                    : data == null
                     ? Native.splat_tensor_create(device.Handle, &desc, &handle)
                     : Native.splat_tensor_from_host(device.Handle, &desc, data, (UIntPtr)bytes,
                                                     null, &handle));

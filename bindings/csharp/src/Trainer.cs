@@ -28,7 +28,7 @@ namespace Splat
     }
 
     /// <summary>
-    /// The batches of a training, read ahead of time by a thread of the library. The caller
+    /// The batches of a training, read ahead of time by threads of the library. The caller
     /// synchronises calls on one object.
     /// </summary>
     public sealed unsafe class Batches : NativeObject<SafeBatchesHandle>
@@ -167,6 +167,38 @@ namespace Splat
             }
         }
 
+        /// <summary>Do one update with batch `step` of `batches`; what it did is not read from the device, until
+        /// Read.</summary>
+        public void StepUnread(Batches batches, long step,
+                               CancellationToken token = default(CancellationToken))
+        {
+            Check.NotNull(batches, nameof(batches));
+            using (var arena = new Arena())
+            using (Cancellation.Of(device, token))
+            {
+                arena.Hold(batches);  // the arrays live as long as the batches
+                splat_trainer_batch native = batches.Next(step);
+                Check.Ok(Native.splat_trainer_step(Handle, &native, null), token);
+            }
+        }
+
+        /// <summary>What the steps of StepUnread did, oldest first, each once.</summary>
+        public IReadOnlyList<TrainerInfo> Read()
+        {
+            UIntPtr count;
+            Check.Ok(Native.splat_trainer_read(Handle, null, UIntPtr.Zero, &count));
+            var natives = new splat_trainer_info[(int)count];
+            var infos = new TrainerInfo[natives.Length];
+            for (int i = 0; i < natives.Length; ++i)
+                natives[i].struct_size = (uint)sizeof(splat_trainer_info);
+            fixed (splat_trainer_info* first = natives)
+            {
+                if (infos.Length > 0) Check.Ok(Native.splat_trainer_read(Handle, first, count, null));
+                for (int i = 0; i < infos.Length; ++i) infos[i] = new TrainerInfo(first + i);
+            }
+            return infos;
+        }
+
         private TrainerInfo Step(splat_trainer_batch* batch, CancellationToken token)
         {
             var info = new splat_trainer_info { struct_size = (uint)sizeof(splat_trainer_info) };
@@ -175,7 +207,7 @@ namespace Splat
             return new TrainerInfo(&info);
         }
 
-        /// <summary>JSON: steps, attempts, parameters, configuration.</summary>
+        /// <summary>JSON: steps, attempts, steps unread and skipped, parameters, configuration.</summary>
         public string ReportJson() => Text.Get(Handle, Native.splat_trainer_report);
 
         /// <summary>The averaged weights as a state dict; without averages the current ones.</summary>

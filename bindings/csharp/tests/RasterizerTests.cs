@@ -164,6 +164,30 @@ namespace Splat.Tests
         }
 
         [Test]
+        private static void ViewsSeeRanges()
+        {
+            using (Scene scene = Shared.ThreeGaussians())
+            using (var rasterizer = new Rasterizer(Shared.Device, new RasterizerOptions
+            {
+                Gaussians = 3, Width = 48, Height = 32, Views = 2, Items = 3, ShDegree = scene.ShDegree,
+                Flags = RasterizerFlags.Ids,
+            }))
+            {
+                Camera[] cameras = Shared.SmallCameras(scene, 2);
+                rasterizer.Forward(new Gaussians { Scene = scene, ViewRanges = new uint[] { 1, 2, 0, 1 } },
+                                   cameras, White);
+                Expect.True(rasterizer.Info.Items == 3, "the sum of the ranges");
+                Expect.True(rasterizer.Read(Output.Means2d).Length == 6, "the views' ranges");
+                float[] ids = rasterizer.Read(Output.Ids);
+                for (int i = 0; i < ids.Length; ++i)
+                    Expect.True(i < 48 * 32 ? ids[i] != 0 : ids[i] < 1, "ids count from the first of the set");
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "view 0 sees Gaussians 2 to 4, but there are 3",
+                               () => rasterizer.Forward(
+                                   new Gaussians { Scene = scene, ViewRanges = new uint[] { 2, 2, 0, 1 } }, cameras));
+            }
+        }
+
+        [Test]
         private static void RefusesBadInput()
         {
             Device device = Shared.Device;

@@ -33,6 +33,34 @@ namespace Splat.Tests
         }
 
         [Test]
+        private static void ExportedMemoryOutlivesItsTensor()
+        {
+            var dims = new long[] { 3 };
+            if ((Shared.Device.Info.Features & FeatureFlags.ExternalMemory) == 0)
+            {
+                Expect.Refused(ResultCode.ErrorUnsupported, "copy the elements",
+                               () => new Tensor(Shared.Device, dims, exportable: true));
+                return;
+            }
+            ExternalMemory memory;
+            using (var tensor = new Tensor(Shared.Device, dims, exportable: true))
+            {
+                tensor.Write(new float[] { 1, 2, 3 });
+                memory = tensor.Export();
+            }
+            using (Tensor imported = Tensor.Import(Shared.Device, memory, dims))
+            {
+                using (new Microsoft.Win32.SafeHandles.SafeFileHandle((IntPtr)memory.Handle, true))
+                {
+                }
+                Expect.Same(new float[] { 1, 2, 3 }, imported.ToArray());
+                Expect.Refused(ResultCode.ErrorInvalidState, "imported", () => imported.Export());
+            }
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "no open file descriptor",
+                           () => Tensor.Import(Shared.Device, new ExternalMemory(-1, 64), dims));
+        }
+
+        [Test]
         private static void ReadsAndWritesWithStridesAndSpans()
         {
             using (Tensor tensor = Tensor.From(Shared.Device, new float[] { 1, 2, 3, 4, 5, 6 }, 2,

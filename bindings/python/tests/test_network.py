@@ -102,6 +102,22 @@ class Models(Case):
         np.testing.assert_array_equal(model.read(f"grad:{name}"), gradient)
         self.assertEqual(model.tensor("means[0]").shape, (256, 3))
 
+    def test_a_pass_is_one_list(self) -> None:
+        device = splat.Device(profile=True)
+        model, slopes = splat.Model(device, CONFIG, gradients=True), np.ones((1, 256, 3), np.float32)
+        model.init(3)
+
+        def forward() -> None:
+            model.forward(values(1, 3, 16, 16))
+
+        def backward() -> None:
+            model.backward(means=slopes)
+
+        for call in (forward, backward) * 2:
+            device.reset_profile()
+            call()
+            self.assertEqual(device.profile()["lists"]["count"], 1)
+
     def test_state_dicts(self) -> None:
         model, other = self.make(), splat.Model(self.device, CONFIG)
         other.load(model.store())

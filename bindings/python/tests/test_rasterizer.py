@@ -160,6 +160,29 @@ class Gradients(Case):
         self.refused(splat.InvalidArgument, "a mask of 2 tiles, expected 6",
                      rasterizer.forward_arrays, cameras(), active_tiles=[1, 0], **arrays(50))
 
+    def test_views_see_ranges(self) -> None:
+        rasterizer = splat.Rasterizer(self.device, 50, 48, 32, items=80, views=3, ids=True, grad_means2d=True)
+        ranges = np.array([[20, 30], [0, 20], [20, 30]])
+        rasterizer.forward(scene(), cameras(3), ranges=ranges)
+        drawn, ids = rasterizer.read(), rasterizer.read("ids")
+        self.assertEqual(rasterizer.info().items, 80)
+        self.assertEqual(rasterizer.read("means2d").shape, (80, 2))
+        self.assertTrue((ids[0][ids[0] >= 0] >= 20).all() and (ids[1] < 20).all() and ids.max() >= 20)
+        given = rasterizer.backward(["means", "means2d"], rgb=values(3, 32, 48, 3))
+        self.assertEqual(given["means2d"].shape, (80, 2))
+        part = {name: value[20:] for name, value in arrays(50).items()}
+        one = splat.Rasterizer(self.device, 30, 48, 32, grad_means2d=True)
+        one.forward_arrays([cameras(3)[0], cameras(3)[2]], **part)
+        rasterizer.forward_arrays(cameras(3), ranges=ranges, **arrays(50))
+        np.testing.assert_array_equal(one.read(), rasterizer.read()[[0, 2]])
+        np.testing.assert_allclose(rasterizer.read(), drawn, atol=1e-5)  # activated by NumPy and by the library
+        self.refused(splat.InvalidArgument, "view 1 sees Gaussians 31 to 51, but there are 50",
+                     rasterizer.forward, scene(), cameras(3), ranges=[[0, 9], [31, 20], [0, 0]])
+        self.refused(splat.InvalidArgument, "expected whole numbers",
+                     rasterizer.forward, scene(), cameras(3), ranges=[0, 9])
+        self.refused(splat.InvalidArgument, "expected whole numbers",
+                     rasterizer.forward, scene(), cameras(3), ranges=[[-1, 9]] * 3)
+
     def test_states_and_accumulation(self) -> None:
         rasterizer = splat.Rasterizer(self.device, 50, 48, 32, backward=True, grad_depth=True,
                                       grad_means2d=True, depth=True)

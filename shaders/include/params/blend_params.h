@@ -14,7 +14,7 @@ SPLAT_SPEC_ID kBlendExtraId = 10u;     // forward: write depth and contributors
 SPLAT_SPEC_ID kBlendNormalsId = 11u;   // forward: normals instead of colours, without background
 SPLAT_SPEC_ID kBlendEarlyOutId = 12u;  // both passes, not plain: end where every pixel has stopped
 SPLAT_SPEC_ID kBlendSkipBlocksId =
-    13u;  // both passes, cpu: leave out what a block of 8 x 8 pixels cannot see
+    13u;  // both passes, not plain: leave out what a block of pixels cannot see
 SPLAT_SPEC_ID kBlendDepthId = 14u;            // backward: grad_depth is given
 SPLAT_SPEC_ID kBlendAbsoluteId = 15u;         // backward: also sum |dL/du| and |dL/dv|
 SPLAT_SPEC_ID kBlendStraightThroughId = 16u;  // backward, cpu: straight_through below
@@ -22,6 +22,7 @@ SPLAT_SPEC_ID kBlendSizesId = 17u;            // both passes: views have their o
 SPLAT_SPEC_ID kBlendIdsId = 18u;  // forward: write the Gaussian of the largest weight, too
 SPLAT_SPEC_ID kBlendContributionsId = 19u;  // backward: also sum the weights and count pixels
 SPLAT_SPEC_ID kBlendPartsId = 20u;          // both passes: a part of each long list, see walks()
+SPLAT_SPEC_ID kBlendMaxSubgroupsId = 21u;   // backward, gpu: most subgroups of a workgroup
 
 struct BlendParams {
     uint width;

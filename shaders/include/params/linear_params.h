@@ -15,6 +15,7 @@ SPLAT_SPEC_ID kLinearBlocksId = 11u;    // fast product: blocks of 8 output feat
 SPLAT_SPEC_ID kLinearResidualId = 12u;  // fast product: there is a residual
 SPLAT_SPEC_ID kLinearDepthId = 13u;     // fast product: quads of k per turn of the loop, 1 or 2
 SPLAT_SPEC_ID kLinearOutQuadsId = 14u;  // fast backward weight: quads of output features of a lane, up to 8
+SPLAT_SPEC_ID kProductTileId = 30u;     // products/product.glsl, in all families: side of a tile, 64 or 128
 
 struct LinearParams {
     uint rows;          // columns of the quad layout: n * h * w for a 1x1 convolution

@@ -9,23 +9,32 @@ namespace splat::params {
 using uint = std::uint32_t;
 #endif
 
-// One step; the host computes values that depend on its number in float64.
+// Scalars of a step are two quads of a buffer, so that a recorded dispatch runs for one step after another:
+// beta1, 1 - beta1, beta2, 1 - beta2; learning rate / (1 - beta1^step), 1 / sqrt(1 - beta2^step), eps, and 1 for a step
+// that is skipped, else 0.
+// The host computes those that depend on its number in float64.
 struct AdamParams {
     uint quads;
     uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
-    float beta1;
-    float rest1;  // 1 - beta1
-    float beta2;
-    float rest2;
-    float step_size;   // learning rate / (1 - beta1^step)
-    float root_scale;  // 1 / sqrt(1 - beta2^step)
-    float eps;
+    uint rule;      // the scalars are quads 2 rule and 2 rule + 1
 };
 
+// The scalars are a quad: 1 - decay first; last 1 for a step that leaves the averages, else 0.
 struct EmaParams {
     uint quads;
     uint groups_x;
-    float rest;  // 1 - decay
+};
+
+// Sizes are quads.
+struct StepDecisionParams {
+    uint chunks;     // partial results of tensor_stats, each two quads
+    uint notes;      // what is kept of a step
+    uint checked;    // numbers of the notes that must be finite, from the first on, in blocks
+    uint block;      // size of a block
+    uint unchecked;  // first quads of a block, which may hold any numbers
+    uint rows;       // entries of the table of scalars
+    uint entry;      // size of one: two quads for each rule of Adam, then one of EMA
+    uint ema_at;     // place of EMA's quad among the scalars of the step
 };
 
 // Specialisation constants.
@@ -38,7 +47,6 @@ struct GatherRowsParams {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(AdamParams) <= 128);
 }
 #endif
 

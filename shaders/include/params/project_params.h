@@ -29,12 +29,22 @@ SPLAT_FLAG kFlagExactTiles = 32u;       // skip: tiles that the ellipse does not
 SPLAT_FLAG kFlagCull = 64u;             // skip: Gaussians that no pixel of the window can see
 SPLAT_FLAG kFlagViewSizes = 128u;       // views have their own sizes
 SPLAT_FLAG kFlagTileMask = 256u;        // tiles may be off
+SPLAT_FLAG kFlagRanges = 512u;          // views see ranges of the Gaussians
 
-// An item is a Gaussian in a view: view * gaussians + Gaussian.
+// Words of a view's row of the table of ranges.
+SPLAT_FLAG kRangeFirst = 0u;   // first Gaussian that it sees
+SPLAT_FLAG kRangeCount = 1u;   // Gaussians that it sees
+SPLAT_FLAG kRangeItems = 2u;   // items of the views before
+SPLAT_FLAG kRangeGroups = 3u;  // workgroups of the views before
+SPLAT_FLAG kRangeNext = 4u;    // next view with this range, or the number of views
+SPLAT_FLAG kRangeLayer = 5u;   // layer of the range; 0xFFFFFFFF if a view before has the same
+SPLAT_FLAG kRangeWords = 6u;
+
+// An item is a Gaussian in a view: view * gaussians + Gaussian, or see raster/view_ranges.glsl.
 struct ProjectParams {
     uint gaussians;
     uint first;  // this dispatch computes Gaussians first to first + count - 1
-    uint count;
+    uint count;  // with kFlagRanges: it computes the workgroups whose first Gaussian is one of them
     uint width;  // pixels
     uint height;
     uint row_begin;  // tile rows of this pass: [row_begin, row_end)
@@ -51,6 +61,7 @@ struct ProjectParams {
     uint begins;
     uint pose;
     uint record_quads;
+    uint layer;  // backward with kFlagRanges: of this dispatch; those after the first add to the set's gradients
 };
 
 #undef SPLAT_FLAG

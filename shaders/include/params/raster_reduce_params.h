@@ -9,10 +9,13 @@ namespace splat::params {
 using uint = std::uint32_t;
 #endif
 
+// Specialisation constants.
+SPLAT_SPEC_ID kReduceRangesId = 10u;  // views see ranges, see raster/view_ranges.glsl
+
 struct PoseReduceParams {
-    uint groups;  // partial sums per view
-    uint views;
+    uint groups;  // partial sums per view, unless views see ranges
     uint accumulate;  // 1: added to the existing values
+    uint size;        // Gaussians of a partial sum
     uint quads;       // per partial sum: 3 rows of [R|t], 4 with the intrinsics
 };
 
@@ -24,6 +27,7 @@ struct ContributionReduceParams {
     uint begins;      // index in the counts where first records begin
     uint stride;      // vec2 from one record to the next
     uint first;       // vec2 of the first one that is summed
+    uint layer;       // which ranges; layers after the first add a sum of their own
 };
 
 #ifdef __cplusplus

@@ -38,6 +38,7 @@ struct TileBinParams {
     uint tiles;  // tiles of the window, all views
     uint groups_x;
     uint stride;  // invocations that share the large footprints
+    uint views;
 };
 
 #undef SPLAT_STAT

@@ -37,7 +37,8 @@ splat_device_info info_of(vk::DeviceInfo device, const std::string& notes) {
                     flag(device.features.subgroup_shuffle, SPLAT_FEATURE_SUBGROUP_SHUFFLE) |
                     flag(device.features.subgroup_arithmetic, SPLAT_FEATURE_SUBGROUP_ARITHMETIC) |
                     flag(device.features.int64, SPLAT_FEATURE_INT64) |
-                    flag(device.features.unified_memory, SPLAT_FEATURE_UNIFIED_MEMORY);
+                    flag(device.features.unified_memory, SPLAT_FEATURE_UNIFIED_MEMORY) |
+                    flag(device.features.external_memory, SPLAT_FEATURE_EXTERNAL_MEMORY);
     info.kernels = static_cast<splat_kernels>(device.kernels[0]);
     copy_text(info.name, device.name);
     copy_text(info.driver, device.driver);

@@ -14,9 +14,12 @@ namespace {
 
 using TensorPointer = std::shared_ptr<api::TensorObject>;
 
-Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc) {
+/// A tensor as described, in memory that `place(context, bytes, name)` returns. Locks the context meanwhile.
+template <class Place>
+Result<TensorPointer> describe(splat_device device, const splat_tensor_desc* desc,
+                               std::uint32_t known_flags, Place&& place) {
     SPLAT_ASSIGN(const auto owner, api::find(device));
-    SPLAT_TRY(api::check_desc(desc, 0));
+    SPLAT_TRY(api::check_desc(desc, known_flags));
     if (desc->dtype < 0 || desc->dtype > SPLAT_DTYPE_U32)
         return invalid("splat_tensor_desc.dtype is %d, expected 0 to %d", desc->dtype,
                        SPLAT_DTYPE_U32);
@@ -39,11 +42,49 @@ Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc)
             "split it along an outer "
             "dimension",
             tensor->name.c_str(), shape.text().c_str(), llu(bytes), llu(most));
-    SPLAT_ASSIGN(tensor->buffer, context.memory().allocate(bytes, vk::MemoryKind::kDevice,
-                                                           "tensor '" + tensor->name + "'"));
+    SPLAT_ASSIGN(tensor->buffer, place(context, bytes, "tensor '" + tensor->name + "'"));
     tensor->view = tensor->buffer.view(shape);
-    SPLAT_TRY(context.fill(tensor->view, 0));
     return tensor;
+}
+
+Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc) {
+    const auto zeros = [desc](vk::Context& context, std::uint64_t bytes,
+                              const std::string& name) -> Result<vk::Buffer> {
+        const bool external = (desc->flags & SPLAT_TENSOR_EXPORTABLE) != 0;
+        SPLAT_ASSIGN(
+            vk::Buffer buffer,
+            context.memory().allocate(
+                bytes, external ? vk::MemoryKind::kExternal : vk::MemoryKind::kDevice, name));
+        SPLAT_TRY(context.fill(buffer.range(), 0));
+        return buffer;
+    };
+    return describe(device, desc, SPLAT_TENSOR_EXPORTABLE, zeros);
+}
+
+Result<TensorPointer> open_external(splat_device device, const splat_tensor_desc* desc,
+                                    const splat_external_memory* memory) {
+    splat_external_memory given{};
+    SPLAT_TRY(api::take_input(memory, "memory", given));
+    vk::ExternalMemory from;
+    SPLAT_COPY(from, given, handle, memory_bytes, offset, memory_type);
+    std::ranges::copy(given.device_uuid, from.device_uuid.begin());
+    std::ranges::copy(given.driver_uuid, from.driver_uuid.begin());
+    return describe(device, desc, 0,
+                    [&](vk::Context& context, std::uint64_t bytes, const std::string& name) {
+                        return context.memory().import_memory(from, bytes, name);
+                    });
+}
+
+Result<splat_external_memory> export_memory(api::TensorObject& tensor) {
+    vk::Context& context = *tensor.context;
+    const std::lock_guard lock(context.mutex);
+    SPLAT_TRY(api::check_unmapped(tensor));
+    SPLAT_ASSIGN(const vk::ExternalMemory memory, context.memory().export_memory(tensor.view));
+    splat_external_memory filled{};
+    SPLAT_COPY(filled, memory, handle, memory_bytes, offset, memory_type);
+    std::ranges::copy(memory.device_uuid, filled.device_uuid);
+    std::ranges::copy(memory.driver_uuid, filled.driver_uuid);
+    return filled;
 }
 
 Status write(api::TensorObject& tensor, const void* data, std::size_t bytes,
@@ -93,6 +134,7 @@ Status map(api::TensorObject& tensor, splat_access access, void** pointer, std::
     void* host = vk::Memory::host(tensor.view);
     if (host != nullptr) {
         SPLAT_TRY(context.settle());
+        SPLAT_TRY(context.flush());
         SPLAT_TRY(context.memory().invalidate(tensor.view));
     } else {
         std::vector<std::byte> copy(tensor.bytes());
@@ -160,6 +202,15 @@ splat_result splat_tensor_from_host(splat_device device, const splat_tensor_desc
         SPLAT_TRY(write(*object, data, bytes, strides));
         return object;
     });
+}
+
+splat_result splat_tensor_import(splat_device device, const splat_tensor_desc* desc,
+                                 const splat_external_memory* memory, splat_tensor* tensor) {
+    return api::create(tensor, [&] { return open_external(device, desc, memory); });
+}
+
+splat_result splat_tensor_export(splat_tensor tensor, splat_external_memory* memory) {
+    return api::describe(tensor, memory, "memory", export_memory);
 }
 
 splat_result splat_tensor_write(splat_tensor tensor, const void* data, size_t bytes,

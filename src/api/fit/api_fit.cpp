@@ -98,11 +98,7 @@ splat_result splat_fit_score(splat_device device, const splat_fit_desc* desc, sp
         SPLAT_TRY(api::check_desc(desc, kFlags));
         splat_fit_desc read{};  // without what only a fit reads
         read.flags = desc->flags & (SPLAT_FIT_ALL_PHOTOS | SPLAT_FIT_WHITE_BACKGROUND);
-        read.data = desc->data;
-        read.masks = desc->masks;
-        read.downscale = desc->downscale;
-        read.test_every = desc->test_every;
-        read.cameras = desc->cameras;
+        SPLAT_COPY(read, *desc, data, masks, downscale, test_every, cameras);
         SPLAT_ASSIGN(const fit::FitDesc asked, desc_of(read));
         SPLAT_ASSIGN(const fit::FitOptions options, fit::options_of(asked));
         SPLAT_TRY(owner->test(api::kAllKernels));

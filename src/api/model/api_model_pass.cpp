@@ -112,6 +112,7 @@ Status run_model(api::ModelObject& object, const splat_model_input& from) {
     const config::ModelConfig& c = network.config();
     SPLAT_TRY(api::check_flags(from.flags, SPLAT_PASS_TENSORS, "splat_model_input.flags"));
     SPLAT_TRY(network.check_unmapped());
+    vk::BatchScope scope = network.one_list();
     if ((from.flags & SPLAT_PASS_TENSORS) != 0) {
         SPLAT_TRY(expect_no_arrays(
             "splat_model_input", {from.images, from.pictures, from.view_to_world, from.quaternions,
@@ -127,6 +128,7 @@ Status run_model(api::ModelObject& object, const splat_model_input& from) {
     }
     object.ran = false;
     SPLAT_TRY(network.forward());
+    SPLAT_TRY(scope.finish());
     object.ran = true;
     return {};
 }
@@ -180,13 +182,15 @@ splat_result splat_model_backward(splat_model model, const splat_model_gradients
         if (!network.has_gradients())
             return bad_state("the model was created without SPLAT_MODEL_GRADIENTS");
         SPLAT_TRY(network.check_unmapped());
+        vk::BatchScope scope = network.one_list();
         if ((taken.flags & SPLAT_PASS_TENSORS) != 0)
             SPLAT_TRY(expect_no_arrays(
                 "splat_model_gradients",
                 {taken.means, taken.opacities, taken.scales, taken.rotations, taken.sh}));
         else
             SPLAT_TRY(write_gradients(object, taken));
-        const Status done = network.backward();
+        Status done = network.backward();
+        if (done.ok()) done = scope.finish();
         if (done.code() != Code::kInvalidState) object.has_input_gradients = done.ok();
         return done;
     });

@@ -78,14 +78,42 @@ Result<StatePointer> make_state(const api::RasterizerObject& rasterizer) {
     return state;
 }
 
+using Ranges = std::vector<raster::Range>;
+
+/// The ranges of a call's views; none: each sees all.
+Result<Ranges> ranges_of(const splat_gaussians_desc& from, std::uint32_t views) {
+    Ranges ranges;
+    if (from.view_range_count > 0)
+        SPLAT_TRY(api::require(from.view_ranges, "splat_gaussians_desc.view_ranges"));
+    if (from.view_ranges == nullptr) return ranges;
+    if (from.view_range_count != std::size_t{2} * views)
+        return invalid(
+            "splat_gaussians_desc.view_range_count is %zu, expected %llu: two numbers for each "
+            "view",
+            from.view_range_count, llu(std::uint64_t{2} * views));
+    for (std::size_t v = 0; v < views; ++v)
+        ranges.push_back({from.view_ranges[2 * v], from.view_ranges[2 * v + 1]});
+    return ranges;
+}
+
+/// The same with room for the views and items of a call.
+raster::RasterDesc with_room(raster::RasterDesc desc, std::uint32_t views, std::uint64_t items) {
+    const std::uint64_t most = std::max(desc.items(), items);
+    desc.views = std::max(desc.views, views);
+    desc.most_items = most;
+    return desc;
+}
+
 /// The cameras of a call, which may be more than the state has memory for.
 Result<raster::PackedViews> views_of_call(const api::RasterStateObject& object,
                                           const splat_camera* cameras, std::uint32_t count,
-                                          const float* background) {
+                                          const float* background, const Ranges& ranges = {}) {
     raster::RasterDesc desc = object.rasterizer->desc();
     if (count > 0) SPLAT_TRY(api::require(cameras, "cameras"));
     if (object.any_views && count > desc.views) {
-        desc.views = count;
+        std::uint64_t items = ranges.empty() ? std::uint64_t{desc.gaussians} * count : 0;
+        for (const raster::Range& range : ranges) items += range.count;
+        desc = with_room(desc, count, items);
         SPLAT_TRY(raster::check_desc(object.context->device().info(), desc));
     }
     if (count > desc.views)
@@ -94,12 +122,21 @@ Result<raster::PackedViews> views_of_call(const api::RasterStateObject& object,
     return api::pack_cameras(desc, cameras, 0, count, background);
 }
 
-/// Take more memory if a call has more views than any before. On an error all stays as it was. The context's mutex is
-/// held.
-Status make_room(api::RasterStateObject& object, std::uint32_t views) {
+/// Let the views of a call see ranges of `gaussians`, if there are any. Take more memory if a call has more views or
+/// items than any before. On an error all stays as it was. The context's mutex is held.
+Status make_room(api::RasterStateObject& object, std::uint32_t gaussians, const Ranges& ranges,
+                 raster::PackedViews& views) {
     raster::RasterDesc desc = object.rasterizer->desc();
-    if (views <= desc.views) return {};
-    desc.views = views;
+    const std::uint64_t all = std::uint64_t{desc.gaussians} * views.count();
+    if (object.any_views) desc = with_room(desc, views.count(), all);
+    if (!ranges.empty())
+        SPLAT_TRY(
+            raster::see_ranges(object.context->device().info(), desc, gaussians, ranges, views));
+    const raster::RasterDesc& before = object.rasterizer->desc();
+    const std::uint64_t items = ranges.empty() ? all : views.items;
+    if (!object.any_views) return raster::check_items(desc, gaussians, views);
+    if (views.count() <= before.views && items <= before.items()) return {};
+    desc = with_room(before, views.count(), items);
     SPLAT_TRY(object.context->device().alive());
     SPLAT_ASSIGN(auto larger, raster::Rasterizer::create(*object.context, desc));
     // Lists of other states that name the old gradients are recorded anew, because the range differs.
@@ -146,15 +183,17 @@ Result<std::uint32_t> gaussians_in(const raster::RasterDesc& desc,
                  means->view.shape.text().c_str(), desc.gaussians);
 }
 
+bool has_tensors(const splat_gaussians_desc& from) {
+    return from.means != nullptr || from.scales != nullptr || from.rotations != nullptr ||
+           from.opacities != nullptr || from.sh != nullptr || from.colors != nullptr;
+}
+
 /// Check the tensors of desc.gaussians Gaussians and put their views into `to`.
 Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc& desc,
                        const splat_gaussians_desc& from, ops::GaussianRows& to) {
     const std::int64_t n = desc.gaussians;
     const std::int64_t k = scene::sh_coefficients(desc.sh_degree);
-    const bool some = from.means != nullptr || from.scales != nullptr ||
-                      from.rotations != nullptr || from.opacities != nullptr ||
-                      from.sh != nullptr || from.colors != nullptr;
-    if (some) {
+    if (has_tensors(from)) {
         SPLAT_TRY(api::require(from.means, "splat_gaussians_desc.means", from.scales,
                                "splat_gaussians_desc.scales", from.rotations,
                                "splat_gaussians_desc.rotations", from.opacities,
@@ -208,6 +247,24 @@ Status forward(api::RasterStateObject& object, const gaussians::SetViews& scene,
     return done;
 }
 
+/// Draw Gaussians that are tensors.
+Status draw_tensors(api::RasterStateObject& object, const splat_gaussians_desc& from,
+                    raster::PackedViews views, const Ranges& ranges) {
+    raster::RasterDesc desc = object.rasterizer->desc();
+    SPLAT_ASSIGN(desc.gaussians, gaussians_in(desc, from));
+    api::TensorArguments arguments(*object.context, "rasterizer");
+    ops::GaussianRows attributes;
+    SPLAT_TRY(check_gaussians(arguments, desc, from, attributes));
+    const std::lock_guard lock(object.context->mutex);
+    SPLAT_TRY(arguments.check_unmapped());
+    SPLAT_TRY(make_room(object, desc.gaussians, ranges, views));
+    SPLAT_TRY(pack(object, desc, attributes));
+    const Status done = forward(object, object.inputs.views(), views);
+    if (object.scene != nullptr && !object.rasterizer->names(object.scene->set.views()))
+        object.scene.reset();  // drawn before
+    return done;
+}
+
 }  // namespace
 
 Result<raster::RasterDesc> api::raster_desc_of(const splat_rasterizer_desc& from) {
@@ -224,6 +281,7 @@ Result<raster::RasterDesc> api::raster_desc_of(const splat_rasterizer_desc& from
     desc.near_plane = gsplat ? raster::kNearGsplat : raster::kNear3dgs;
     if (from.near_plane != 0) desc.near_plane = from.near_plane;
     if (from.far_plane != 0) desc.far_plane = from.far_plane;
+    if (from.items != 0) desc.most_items = from.items;
     desc.extra = is_set(SPLAT_RASTERIZER_DEPTH) || is_set(SPLAT_RASTERIZER_IDS);
     desc.normals = is_set(SPLAT_RASTERIZER_NORMALS);
     desc.original_gradient = is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT);
@@ -272,11 +330,11 @@ Result<raster::PackedViews> api::pack_cameras(const raster::RasterDesc& desc,
     return raster::pack_views(desc, views, color);
 }
 
-Status api::draw_scene(RasterStateObject& object, SceneObject& scene,
-                       const raster::PackedViews& views) {
+Status api::draw_scene(RasterStateObject& object, SceneObject& scene, raster::PackedViews views,
+                       std::span<const raster::Range> ranges) {
     const std::lock_guard lock(object.context->mutex);
     SPLAT_ASSIGN(CopyPointer copy, copy_of(scene, object));
-    SPLAT_TRY(make_room(object, views.count()));
+    SPLAT_TRY(make_room(object, copy->set.count, {ranges.begin(), ranges.end()}, views));
     const NamedSceneKeeper keeper{object, copy};
     return forward(object, copy->set.views(), views);
 }
@@ -290,6 +348,7 @@ void api::RasterStateObject::describe() {
                    empty_tiles, runs);
         filled.gaussians = rasterizer->drawn_desc().gaussians;
         filled.views = rasterizer->drawn_desc().views;
+        filled.items = static_cast<std::uint32_t>(rasterizer->drawn_desc().items());
     }
     info.set(filled);
 }
@@ -340,25 +399,21 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer, splat_raster_
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
         SPLAT_TRY(api::check_desc(gaussians, 0));
-        raster::RasterDesc desc = object->rasterizer->desc();
-        SPLAT_ASSIGN(raster::PackedViews views, views_of_call(*object, cameras, count, background));
-        if (gaussians->active_tile_count > 0)
-            SPLAT_TRY(api::require(gaussians->active_tiles, "splat_gaussians_desc.active_tiles"));
-        if (gaussians->active_tiles != nullptr)
-            SPLAT_TRY(raster::mask_tiles(
-                desc, {gaussians->active_tiles, gaussians->active_tile_count}, views));
-        SPLAT_ASSIGN(desc.gaussians, gaussians_in(desc, *gaussians));
-        api::TensorArguments arguments(*object->context, "rasterizer");
-        ops::GaussianRows attributes;
-        SPLAT_TRY(check_gaussians(arguments, desc, *gaussians, attributes));
-        const std::lock_guard lock(object->context->mutex);
-        SPLAT_TRY(arguments.check_unmapped());
-        SPLAT_TRY(make_room(*object, views.count()));
-        SPLAT_TRY(pack(*object, desc, attributes));
-        const Status done = forward(*object, object->inputs.views(), views);
-        if (object->scene != nullptr && !object->rasterizer->names(object->scene->set.views()))
-            object->scene.reset();  // drawn before
-        return done;
+        splat_gaussians_desc given{};
+        SPLAT_TRY(api::take_input(gaussians, "gaussians", given));
+        SPLAT_ASSIGN(const Ranges ranges, ranges_of(given, count));
+        SPLAT_ASSIGN(raster::PackedViews views,
+                     views_of_call(*object, cameras, count, background, ranges));
+        if (given.active_tile_count > 0)
+            SPLAT_TRY(api::require(given.active_tiles, "splat_gaussians_desc.active_tiles"));
+        if (given.active_tiles != nullptr)
+            SPLAT_TRY(raster::mask_tiles(object->rasterizer->desc(),
+                                         {given.active_tiles, given.active_tile_count}, views));
+        if (given.scene == nullptr) return draw_tensors(*object, given, std::move(views), ranges);
+        if (has_tensors(given))
+            return invalid("scene and tensors are both given, expected one of them");
+        SPLAT_ASSIGN(const auto from, api::find(given.scene));
+        return api::draw_scene(*object, *from, std::move(views), ranges);
     });
 }
 

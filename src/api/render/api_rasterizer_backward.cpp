@@ -57,8 +57,15 @@ Status check_tensors(api::TensorArguments& list, const raster::RasterDesc& desc,
     SPLAT_TRY(list.write(from.grad_opacities, "grad_opacities", {n}, a.opacities));
     SPLAT_TRY(list.write(from.grad_sh, "grad_sh", {n, k, 3}, a.colors));
     SPLAT_TRY(list.write(from.grad_colors, "grad_colors", {n, 3}, a.colors));
-    SPLAT_TRY(list.write(from.grad_means2d, "grad_means2d", {v, n, 2}, to.means2d));
-    SPLAT_TRY(list.write(from.grad_means2d_abs, "grad_means2d_abs", {v, n, 2}, to.means2d_abs));
+    const auto items = static_cast<std::int64_t>(desc.items());
+    if (items == v * n) {
+        SPLAT_TRY(list.write(from.grad_means2d, "grad_means2d", {v, n, 2}, to.means2d));
+        SPLAT_TRY(list.write(from.grad_means2d_abs, "grad_means2d_abs", {v, n, 2}, to.means2d_abs));
+    } else {
+        SPLAT_TRY(list.write(from.grad_means2d, "grad_means2d", {items, 2}, to.means2d));
+        SPLAT_TRY(
+            list.write(from.grad_means2d_abs, "grad_means2d_abs", {items, 2}, to.means2d_abs));
+    }
     SPLAT_TRY(list.write(from.grad_intrinsics, "grad_intrinsics", {v, 4}, to.intrinsics));
     SPLAT_TRY(list.write(from.contributions, "contributions", {n, 2}, to.contributions));
     return list.write(from.grad_world_to_camera, "grad_world_to_camera", {v, 3, 4}, to.pose);

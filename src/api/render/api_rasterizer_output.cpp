@@ -75,6 +75,7 @@ Result<const float*> numbers(vk::Context& context, const vk::BufferView& view, s
     }
     SPLAT_TRY(context.device().alive());
     SPLAT_TRY(context.settle());
+    SPLAT_TRY(context.flush());
     SPLAT_TRY(context.memory().invalidate(view));
     return reinterpret_cast<const float*>(host);
 }
@@ -111,6 +112,10 @@ Status check_tensor(api::TensorArguments& arguments, const raster::RasterDesc& d
                     const OutputRow& row, splat_tensor tensor, vk::BufferView& view) {
     const std::int64_t v = desc.views;
     const std::int64_t c = row.channels;
+    const auto items = static_cast<std::int64_t>(desc.items());
+    const bool ranged = items != v * desc.gaussians;
+    if (!row.per_pixel && ranged && c == 1) return arguments.write(tensor, "tensor", {items}, view);
+    if (!row.per_pixel && ranged) return arguments.write(tensor, "tensor", {items, c}, view);
     if (!row.per_pixel && c == 1)
         return arguments.write(tensor, "tensor", {v, desc.gaussians}, view);
     if (!row.per_pixel) return arguments.write(tensor, "tensor", {v, desc.gaussians, c}, view);

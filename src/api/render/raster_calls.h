@@ -19,8 +19,10 @@ Result<raster::PackedViews> pack_cameras(const raster::RasterDesc& desc,
                                          const splat_camera* cameras, std::uint32_t first,
                                          std::uint32_t count, const float* background);
 
-/// Draw a scene, with more memory where the state takes any number of views. Locks the context's mutex.
-Status draw_scene(RasterStateObject& object, SceneObject& scene, const raster::PackedViews& views);
+/// Draw a scene, with more memory where the state takes any number of views. `ranges`: of each view, empty: all.
+/// Locks the context's mutex.
+Status draw_scene(RasterStateObject& object, SceneObject& scene, raster::PackedViews views,
+                  std::span<const raster::Range> ranges = {});
 
 /// Check an image, called `name`, that receives a view: as many channels as the output; RGB may have alpha.
 Result<ImageView> image_of_output(splat_output output, const raster::RasterDesc& desc,

@@ -7,8 +7,6 @@ using namespace splat;
 
 namespace {
 
-constexpr std::size_t kBatchesAhead = 2;
-
 splat_trainer_batch batch_of(const api::BatchesObject& object) {
     const train::Batch& from = object.batch;
     const auto give = [](const std::vector<float>& values, const float*& array, uint64_t& count) {
@@ -22,7 +20,7 @@ splat_trainer_batch batch_of(const api::BatchesObject& object) {
     give(from.focals, batch.focals, batch.focals_count);
     give(from.embedding, batch.embedding, batch.embedding_count);
     give(from.tokens, batch.tokens, batch.tokens_count);
-    give(from.targets, batch.targets, batch.targets_count);
+    give(object.targets, batch.targets, batch.targets_count);
     batch.cameras = object.cameras.data();
     batch.cameras_count = object.cameras.size();
     batch.channels = object.channels;
@@ -43,7 +41,10 @@ splat_result splat_batches_create(splat_dataset dataset, const char* config, uin
         auto object = std::make_shared<api::BatchesObject>();
         object->channels = settings.network.input_channels();
         object->objects = settings.training.batch_size;
-        SPLAT_ASSIGN(object->source, train::Prefetch::create(std::move(source), kBatchesAhead));
+        // The device, which may be the CPU, is not known here.
+        SPLAT_ASSIGN(object->source,
+                     train::Prefetch::create(std::move(source),
+                                             train::loader_threads(settings.training, true)));
         return object;
     };
     return api::create_of(dataset, batches, make);
@@ -54,6 +55,9 @@ splat_result splat_batches_next(splat_batches batches, uint64_t step, splat_trai
         SPLAT_TRY(api::require(batch, "batch"));
         SPLAT_TRY(api::check_filled(*batch));
         SPLAT_ASSIGN(object->batch, object->source->get(step));
+        object->targets.clear();
+        for (const std::uint8_t level : object->batch.levels)
+            object->targets.push_back(static_cast<float>(level) / 255.0F);
         object->cameras.clear();
         for (const scene::Camera& camera : object->batch.cameras)
             object->cameras.push_back(api::value_of(camera));

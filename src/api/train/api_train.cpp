@@ -59,13 +59,21 @@ Status take(const splat_trainer_batch& from, const config::ModelConfig& network,
 
 /// Set what splat_trainer_report tells of the steps. The context's mutex is held.
 void publish(api::TrainerObject& object) {
-    object.counters.set({object.trainer->steps(), object.trainer->attempts()});
+    const train::Trainer& trainer = *object.trainer;
+    object.counters.set(
+        {trainer.steps(), trainer.attempts(), trainer.unread(), trainer.skipped_in_a_row()});
 }
 
 Status resume(api::TrainerObject& object, const io::WeightsFile& file) {
     const Status done = object.trainer->resume(file);
     publish(object);
     return done;
+}
+
+Result<io::WeightsFile> checkpoint(api::TrainerObject& object) {
+    auto file = object.trainer->checkpoint();
+    publish(object);
+    return file;
 }
 
 std::string report_of(const api::TrainerObject& object) {
@@ -75,6 +83,7 @@ std::string report_of(const api::TrainerObject& object) {
     const auto last = trainer.last();
     JsonWriter json;
     json.begin_object().member("step", counters.steps).member("attempts", counters.attempts);
+    json.member("unread", counters.unread).member("skipped", counters.skipped);
     json.member("parameters", network.parameters().elements())
         .member("trainable", train::trainable_of(network.parameters()));
     run::add_ledger(json, last ? std::optional(train::ledger_of(*last)) : std::nullopt);
@@ -150,16 +159,46 @@ splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch
     return api::locked(trainer, [&](auto& object) -> Status {
         splat_trainer_batch taken{};
         SPLAT_TRY(api::take_input(batch, "batch", taken));
-        SPLAT_TRY(api::check_fill(info, "info"));
+        if (info != nullptr) SPLAT_TRY(api::check_fill(info, "info"));
         Arrays arrays;
         SPLAT_TRY(take(taken, object.trainer->model().config(), object.trainer->config(), arrays));
         train::TrainStep step;
-        const Status done = object.trainer->step(arrays.batch, step);
+        const Status done = info == nullptr ? object.trainer->step(arrays.batch)
+                                            : object.trainer->step(arrays.batch, step);
         publish(object);
         SPLAT_TRY(done);
-        api::give(api::info_of(step), info);
+        if (info != nullptr) api::give(api::info_of(step), info);
         return {};
     });
+}
+
+splat_result splat_trainer_read(splat_trainer trainer, splat_trainer_info* infos, size_t capacity,
+                                size_t* count) {
+    bool cut = false;
+    const splat_result result = api::locked(trainer, [&](auto& object) -> Status {
+        if (capacity > 0) SPLAT_TRY(api::check_fill(infos, "infos"));
+        const std::size_t stride = capacity > 0 ? infos->struct_size : 0;
+        const auto at = [&](std::size_t i) {
+            return reinterpret_cast<splat_trainer_info*>(reinterpret_cast<char*>(infos) +
+                                                         i * stride);
+        };
+        for (std::size_t i = 0; i < capacity; ++i)
+            if (at(i)->struct_size != stride)
+                return invalid("infos[%zu].struct_size is %u, expected %zu as that of infos[0]", i,
+                               at(i)->struct_size, stride);
+        const Status done = object.trainer->read();
+        publish(object);
+        SPLAT_TRY(done);
+        std::deque<train::TrainStep>& results = object.trainer->results();
+        if (count != nullptr) *count = results.size();
+        cut = results.size() > capacity;
+        for (std::size_t i = 0; i < capacity && !results.empty(); ++i) {
+            api::give(api::info_of(results.front()), at(i));
+            results.pop_front();
+        }
+        return {};
+    });
+    return result == SPLAT_OK && cut ? SPLAT_INCOMPLETE : result;
 }
 
 splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t capacity,
@@ -172,7 +211,9 @@ splat_result splat_trainer_store(splat_trainer trainer, splat_weights* weights) 
     return api::locked(trainer, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(weights, "weights"));
         auto made = std::make_shared<api::WeightsObject>();
-        SPLAT_ASSIGN(made->file.tensors, object.trainer->averaged_state());
+        auto state = object.trainer->averaged_state();
+        publish(object);
+        SPLAT_ASSIGN(made->file.tensors, std::move(state));
         made->from = "model";
         *weights = api::Weights::add(std::move(made));
         return {};
@@ -184,7 +225,7 @@ splat_result splat_trainer_save(splat_trainer trainer, const char* path) {
         SPLAT_TRY(api::require(path, "path"));
         if (!std::string_view(path).ends_with(".safetensors"))  // others lose the metadata
             return unsupported("'%s': a training is saved as .safetensors", path);
-        SPLAT_ASSIGN(const io::WeightsFile file, object.trainer->checkpoint());
+        SPLAT_ASSIGN(const io::WeightsFile file, checkpoint(object));
         return io::save_weights(file, path);
     });
 }
@@ -195,7 +236,7 @@ splat_result splat_trainer_save_memory(splat_trainer trainer, void* buffer, size
         SPLAT_ASSIGN(const auto object, api::find(trainer));
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(object->context->mutex.check());
-        SPLAT_ASSIGN(const io::WeightsFile file, object->trainer->checkpoint());
+        SPLAT_ASSIGN(const io::WeightsFile file, checkpoint(*object));
         SPLAT_ASSIGN(const io::FilePieces pieces,
                      io::write_weights(file, io::WeightsFormat::kSafetensors));
         return give(pieces.pieces());

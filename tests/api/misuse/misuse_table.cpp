@@ -121,6 +121,8 @@ void MisuseTable::tensor_rows() {
     };
     both(SPLAT_WRONG(splat_tensor_create));
     both(SPLAT_WRONG(splat_tensor_from_host));
+    both(SPLAT_WRONG(splat_tensor_import));
+    SPLAT_WRONG(splat_tensor_export).as_is("tensor", "not exportable", kState);
     const auto copies = [](const auto& rows) {
         rows.each("data", "NULL", kArgument, nullptr)
             .each("bytes", "too few", kArgument, 0, 15)

@@ -112,6 +112,11 @@ void MisuseTable::forward_rows() {
     SPLAT_WRONG(splat_rasterizer_forward)
         .given("state", nullptr)
         .each("gaussians", "tiles that are NULL", kArgument, mask);
+    auto ranges = sized<splat_gaussians_desc>();
+    ranges.view_range_count = 2;
+    SPLAT_WRONG(splat_rasterizer_forward)
+        .given("state", nullptr)
+        .each("gaussians", "ranges that are NULL", kArgument, ranges);
 }
 
 void MisuseTable::raster_output_rows() {

@@ -39,6 +39,9 @@ void MisuseTable::training_rows() {
     const auto batch = wrong_structs<splat_trainer_batch>("splat_trainer_step", "batch");
     batch("no images", kArgument, [](auto&) {});
     batch("struct_size cut", kArgument, [](auto& b) { b.struct_size -= 1; });  // below the first
+    const auto none = SPLAT_WRONG(splat_trainer_read).given("infos", nullptr);
+    none.given("capacity", 1U).as_is("capacity", "of no array", kArgument);
+    none.given("capacity", 0U).each("count", "NULL: not wanted", SPLAT_OK, nullptr);
     const auto batches = SPLAT_WRONG(splat_batches_create);
     batches.each("config", "an unknown key", kArgument, "opt: {batchsize: 1}")
         .given("config", trainer_desc().config)

@@ -94,6 +94,7 @@ std::vector<std::string> feature_names(std::uint32_t features) {
     add(SPLAT_FEATURE_SUBGROUP_ARITHMETIC, "subgroup_arithmetic");
     add(SPLAT_FEATURE_INT64, "int64");
     add(SPLAT_FEATURE_UNIFIED_MEMORY, "unified_memory");
+    add(SPLAT_FEATURE_EXTERNAL_MEMORY, "external_memory");
     return names;
 }
 

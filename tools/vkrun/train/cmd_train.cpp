@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
+#include <iterator>
 #include <memory>
+#include <optional>
 
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/device.h"
@@ -67,7 +69,62 @@ struct TrainOptions {
     std::string device = "best";
     bool allow_missing = false;
     bool show = false;
+    bool profile = false;
     bool json = false;
+};
+
+/// Counts in the profile of a device what the steps of a training take, without validations and states.
+class StepCounts {
+  public:
+    explicit StepCounts(splat_device device) : device_(device) { read(before_); }
+
+    /// Take what was done since the call before as that of an event.
+    void add(splat_run_event_kind kind) {
+        double now[std::size(kCounts)];
+        read(now);
+        steps_ += kind == SPLAT_EVENT_STEP ? 1 : 0;
+        for (std::size_t i = 0; i < std::size(kCounts); ++i) {
+            if (kind == SPLAT_EVENT_STEP) sums_[i] += now[i] - before_[i];
+            before_[i] = now[i];
+        }
+    }
+    /// Means over the steps.
+    [[nodiscard]] Json json() const {
+        Json json{{"steps", steps_}};
+        for (std::size_t i = 0; i < std::size(kCounts); ++i)
+            json[kCounts[i].name] = sums_[i] / static_cast<double>(std::max(steps_, 1));
+        return json;
+    }
+    void print() const {
+        std::printf("%d steps, each with", steps_);
+        for (std::size_t i = 0; i < std::size(kCounts); ++i)
+            std::printf("%s %.1f %s", i == 0 ? "" : ",",
+                        sums_[i] / static_cast<double>(std::max(steps_, 1)), kCounts[i].text);
+        std::printf("; the whole session:\n%s",
+                    library_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
+                        return splat_device_profile_table(device_, buffer, capacity, needed);
+                    }).c_str());
+    }
+
+  private:
+    static constexpr struct {
+        const char *part, *member, *name, *text;
+    } kCounts[] = {{"lists", "count", "lists", "lists"},
+                   {"lists", "submits", "submits", "submits"},
+                   {"transfers", "reads", "reads", "reads"},
+                   {"transfers", "read_bytes", "read_bytes", "bytes read"},
+                   {"transfers", "writes", "writes", "writes"},
+                   {"transfers", "written_bytes", "written_bytes", "bytes written"}};
+
+    void read(double (&counts)[std::size(kCounts)]) const {
+        const Json profile = library_json(splat_device_profile_json, device_);
+        for (std::size_t i = 0; i < std::size(kCounts); ++i)
+            counts[i] = profile.at(kCounts[i].part).at(kCounts[i].member).get<double>();
+    }
+
+    splat_device device_;
+    double before_[std::size(kCounts)] = {}, sums_[std::size(kCounts)] = {};
+    int steps_ = 0;
 };
 
 /// The configuration as the file and --set give it; of a resumed run the library has the rest. Tables are imported.
@@ -118,8 +175,9 @@ Run open_training(splat_device device, const TrainOptions& options) {
     return training;
 }
 
-/// Returns the kind of the event that ended it.
-splat_run_event_kind run(splat_run training, const TrainOptions& options) {
+/// Returns the kind of the event that ended it. `counts`: none without --profile.
+splat_run_event_kind run(splat_run training, const TrainOptions& options,
+                         std::optional<StepCounts>& counts) {
     TrainingView view(options.out, options.device);
     auto event = sized<splat_run_event>();
     while (event.kind < SPLAT_EVENT_DONE) {
@@ -132,6 +190,7 @@ splat_run_event_kind run(splat_run training, const TrainOptions& options) {
             throw;
         }
         view.show(event);
+        if (counts) counts->add(event.kind);
         prepare_farewell(event);
     }
     return event.kind;
@@ -154,10 +213,19 @@ int train(TrainOptions& options) {
     }
     check_config(options);
     catch_run_signals();
-    const Device device = open_device(device_desc(options.device));
+    splat_device_desc desc = device_desc(options.device);
+    if (options.profile) desc.flags = SPLAT_DEVICE_PROFILE;
+    const Device device = open_device(desc);
     const Run training = open_training(device.get(), options);
-    const splat_run_event_kind end = run(training.get(), options);
-    if (options.json) print_json(library_json(splat_run_report, training.get()));
+    std::optional<StepCounts> counts;
+    if (options.profile) counts.emplace(device.get());
+    const splat_run_event_kind end = run(training.get(), options, counts);
+    if (counts && !options.json) counts->print();
+    if (options.json) {
+        Json report = library_json(splat_run_report, training.get());
+        if (counts) report["profile"] = counts->json();
+        print_json(report);
+    }
     switch (end) {
         case SPLAT_EVENT_DONE:
             return kSuccess;
@@ -203,6 +271,9 @@ void add_train(CLI::App& app, int& exit_code) {
     for (const char* other : {"--out", "--resume", "--overwrite", "--init", "--init-channels"})
         show->excludes(other);
     add_device_option(*command, t.device);
+    command->add_flag("--profile", t.profile,
+                      "At the end, print lists, submits and bytes of a step, and times by\n"
+                      "operator of the session; makes it slower");
     command->add_flag("--json", t.json, "Print one JSON object on standard output at the end");
     command->callback([options, &exit_code] { exit_code = train(*options); });
 }

@@ -9,6 +9,7 @@ Errors are subclasses of `Error` and of Python's usual classes. Objects are clos
 """
 from enum import Enum as _Enum
 
+from ._dlpack import CudaArray, ExternalMemory
 from ._errors import (Cancelled, DeviceLost, Error, FormatError, InternalError, InvalidArgument,
                       InvalidHandle, InvalidState, IoError, MissingName, NoDevice, NotFound,
                       OutOfDeviceMemory, OutOfHostMemory, OutOfMemory, ShapeMismatch, Timeout,
@@ -45,9 +46,9 @@ from .weights import Weights, builtin_weights
 __version__ = str(_lib.splat_version_string().decode())
 
 __all__ = [
-    "Access", "Batch", "Batches", "Camera", "Cancelled", "Comparison", "Convention", "Dataset",
+    "Access", "Batch", "Batches", "Camera", "Cancelled", "Comparison", "Convention", "CudaArray", "Dataset",
     "Device", "DeviceKind", "DeviceLost", "Dtype", "Error", "EvaluatedViews", "Evaluator", "Event",
-    "Fit", "FormatError", "Found", "Frame", "Group", "Image", "InternalError", "InvalidArgument",
+    "ExternalMemory", "Fit", "FormatError", "Found", "Frame", "Group", "Image", "InternalError", "InvalidArgument",
     "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Metric",
     "MissingName", "Model", "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
     "OutOfMemory", "Output", "Picture", "Pixel", "Port", "Precision", "Prediction", "Predictor",

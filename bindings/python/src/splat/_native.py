@@ -56,7 +56,7 @@ WORDS = {
     'splat_run_next': 'Run.next', 'splat_scene': 'Scene', 'splat_tensor': 'Tensor', 'splat_tensor_map': 'Tensor.map',
     'splat_tensor_unmap': 'the block of Tensor.map', 'splat_trainer': 'Trainer', 'splat_training_open': 'Training',
     'splat_weights': 'Weights', 'timeout_ns': 'timeout', 'value_count': 'the number of values',
-    'weight_count': 'the number of weights',
+    'view_range_count': 'the number of ranges', 'view_ranges': 'ranges', 'weight_count': 'the number of weights',
 }
 
 
@@ -204,6 +204,7 @@ class FeatureFlags(IntFlag):
     SUBGROUP_ARITHMETIC  subgroups have sums and other reductions
     INT64                shaders have integers of 64 bits
     UNIFIED_MEMORY       the host reads device memory in place, through its caches: tensors map without a copy
+    EXTERNAL_MEMORY      tensors can be exported and imported
     """
 
     TIMESTAMPS = 1
@@ -211,6 +212,7 @@ class FeatureFlags(IntFlag):
     SUBGROUP_ARITHMETIC = 4
     INT64 = 8
     UNIFIED_MEMORY = 16
+    EXTERNAL_MEMORY = 32
 
 
 class DeviceSelect(OpenEnum):
@@ -258,6 +260,15 @@ class Dtype(OpenEnum):
 
 
 DtypeName = Literal["f32", "i32", "u32"]
+
+
+class TensorFlags(IntFlag):
+    """Options of a tensor.
+
+    EXPORTABLE  in an allocation of its own, for `Tensor.export`
+    """
+
+    EXPORTABLE = 1
 
 
 class Access(OpenEnum):
@@ -659,9 +670,10 @@ class SkipFlags(IntFlag):
 
 
 class Output(OpenEnum):
-    """What a forward call draws. Shapes are those of the last call: V views, N Gaussians. Outputs of Gaussians are
-    0 for culled ones: before the near or behind the far plane, outside the image, not finite, without extent,
-    or (gsplat) fainter than 1/255. No skip changes them.
+    """What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of
+    fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other, I Gaussians in all.
+    Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not
+    finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.
 
     RGB             [V,H,W,3] colours over the background
     ALPHA           [V,H,W] sum of the weights
@@ -674,7 +686,7 @@ class Output(OpenEnum):
     DEPTHS          [V,N] depths of their means, scene units along z
     VISIBILITY      [V,N] 1, or 0 if culled
     NORMALS         [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
-    IDS             [V,H,W] Gaussian of the largest weight, from 0; -1: none
+    IDS             [V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
     """
 
     RGB = 1
@@ -1314,22 +1326,23 @@ class splat_prediction(Structure):
 
 class splat_rasterizer_desc(Structure):
     struct_size: int; flags: int; next: Any; gaussians: int; views: int; width: int; height: int; sh_degree: int
-    disabled_skips: int; convention: int; near_plane: float; far_plane: float; reserved: int
+    disabled_skips: int; convention: int; near_plane: float; far_plane: float; items: int
     _fields_ = [
         ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("gaussians", c_uint32),
         ("views", c_uint32), ("width", c_uint32), ("height", c_uint32), ("sh_degree", c_uint32),
         ("disabled_skips", c_uint32), ("convention", c_int32), ("near_plane", c_float), ("far_plane", c_float),
-        ("reserved", c_uint32),
+        ("items", c_uint32),
     ]
 
 
 class splat_gaussians_desc(Structure):
     struct_size: int; flags: int; next: Any; means: Any; scales: Any; rotations: Any; opacities: Any; sh: Any
-    colors: Any; active_tiles: Any; active_tile_count: int
+    colors: Any; active_tiles: Any; active_tile_count: int; view_ranges: Any; view_range_count: int; scene: Any
     _fields_ = [
         ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("means", c_void_p),
         ("scales", c_void_p), ("rotations", c_void_p), ("opacities", c_void_p), ("sh", c_void_p),
-        ("colors", c_void_p), ("active_tiles", c_void_p), ("active_tile_count", c_size_t),
+        ("colors", c_void_p), ("active_tiles", c_void_p), ("active_tile_count", c_size_t), ("view_ranges", c_void_p),
+        ("view_range_count", c_size_t), ("scene", c_void_p),
     ]
 
 
@@ -1348,12 +1361,12 @@ class splat_gradients_desc(Structure):
 
 class splat_rasterizer_info(Structure):
     struct_size: int; passes: int; visible: int; pairs: int; longest: int; tiles: int; empty_tiles: int; bytes: int
-    runs: int; gaussians: int; views: int; reserved: int; culled: int; non_finite: int
+    runs: int; gaussians: int; views: int; items: int; culled: int; non_finite: int
     _fields_ = [
         ("struct_size", c_uint32), ("passes", c_uint32), ("visible", c_uint64), ("pairs", c_uint64),
         ("longest", c_uint64), ("tiles", c_uint64), ("empty_tiles", c_uint64), ("bytes", c_uint64),
-        ("runs", c_uint32), ("gaussians", c_uint32), ("views", c_uint32), ("reserved", c_uint32),
-        ("culled", c_uint64), ("non_finite", c_uint64),
+        ("runs", c_uint32), ("gaussians", c_uint32), ("views", c_uint32), ("items", c_uint32), ("culled", c_uint64),
+        ("non_finite", c_uint64),
     ]
 
 
@@ -1603,6 +1616,15 @@ class splat_metric_comparison(Structure):
         ("mean_a", c_double), ("mean_b", c_double), ("difference", c_double), ("p_permutation", c_double),
         ("p_parametric", c_double), ("p_holm", c_double), ("low", c_double), ("high", c_double),
         ("effect", c_double), ("n_a", c_uint64), ("n_b", c_uint64), ("lacking_a", c_uint64), ("lacking_b", c_uint64),
+    ]
+
+
+class splat_external_memory(Structure):
+    struct_size: int; memory_type: int; handle: int; memory_bytes: int; offset: int; device_uuid: Any
+    driver_uuid: Any
+    _fields_ = [
+        ("struct_size", c_uint32), ("memory_type", c_uint32), ("handle", c_int64), ("memory_bytes", c_uint64),
+        ("offset", c_uint64), ("device_uuid", c_uint8 * 16), ("driver_uuid", c_uint8 * 16),
     ]
 
 
@@ -1882,12 +1904,12 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     "splat_rasterizer_desc": (splat_rasterizer_desc, False, 56, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("gaussians", 16, 4), ("views", 20, 4),
         ("width", 24, 4), ("height", 28, 4), ("sh_degree", 32, 4), ("disabled_skips", 36, 4), ("convention", 40, 4),
-        ("near_plane", 44, 4), ("far_plane", 48, 4), ("reserved", 52, 4),
+        ("near_plane", 44, 4), ("far_plane", 48, 4), ("items", 52, 4),
     )),
-    "splat_gaussians_desc": (splat_gaussians_desc, False, 80, (
+    "splat_gaussians_desc": (splat_gaussians_desc, False, 104, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("means", 16, 8), ("scales", 24, 8),
         ("rotations", 32, 8), ("opacities", 40, 8), ("sh", 48, 8), ("colors", 56, 8), ("active_tiles", 64, 8),
-        ("active_tile_count", 72, 8),
+        ("active_tile_count", 72, 8), ("view_ranges", 80, 8), ("view_range_count", 88, 8), ("scene", 96, 8),
     )),
     "splat_gradients_desc": (splat_gradients_desc, False, 128, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("grad_rgb", 16, 8), ("grad_alpha", 24, 8),
@@ -1899,7 +1921,7 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     "splat_rasterizer_info": (splat_rasterizer_info, False, 88, (
         ("struct_size", 0, 4), ("passes", 4, 4), ("visible", 8, 8), ("pairs", 16, 8), ("longest", 24, 8),
         ("tiles", 32, 8), ("empty_tiles", 40, 8), ("bytes", 48, 8), ("runs", 56, 4), ("gaussians", 60, 4),
-        ("views", 64, 4), ("reserved", 68, 4), ("culled", 72, 8), ("non_finite", 80, 8),
+        ("views", 64, 4), ("items", 68, 4), ("culled", 72, 8), ("non_finite", 80, 8),
     )),
     "splat_scene_render_desc": (splat_scene_render_desc, False, 40, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("output", 16, 4), ("convention", 20, 4),
@@ -2017,6 +2039,10 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("mean_b", 24, 8), ("difference", 32, 8), ("p_permutation", 40, 8), ("p_parametric", 48, 8),
         ("p_holm", 56, 8), ("low", 64, 8), ("high", 72, 8), ("effect", 80, 8), ("n_a", 88, 8), ("n_b", 96, 8),
         ("lacking_a", 104, 8), ("lacking_b", 112, 8),
+    )),
+    "splat_external_memory": (splat_external_memory, False, 64, (
+        ("struct_size", 0, 4), ("memory_type", 4, 4), ("handle", 8, 8), ("memory_bytes", 16, 8), ("offset", 24, 8),
+        ("device_uuid", 32, 16), ("driver_uuid", 48, 16),
     )),
     "splat_fit_desc": (splat_fit_desc, False, 136, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("folder", 16, 8), ("data", 24, 8), ("masks", 32, 8),
@@ -2244,6 +2270,7 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_trainer_create", c_int32, (c_void_p, POINTER(splat_trainer_desc), POINTER(c_void_p))),
     ("splat_trainer_model", c_int32, (c_void_p, POINTER(c_void_p))),
     ("splat_trainer_step", c_int32, (c_void_p, POINTER(splat_trainer_batch), POINTER(splat_trainer_info))),
+    ("splat_trainer_read", c_int32, (c_void_p, POINTER(splat_trainer_info), c_size_t, POINTER(c_size_t))),
     ("splat_trainer_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
     ("splat_trainer_store", c_int32, (c_void_p, POINTER(c_void_p))),
     ("splat_trainer_save", c_int32, (c_void_p, c_char_p)),
@@ -2273,6 +2300,9 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_comparison_samples", c_int32, (c_void_p, c_uint32, c_void_p, c_uint64, c_void_p, c_uint64)),
     ("splat_comparison_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
     ("splat_comparison_destroy", c_int32, (c_void_p,)),
+    ("splat_tensor_export", c_int32, (c_void_p, POINTER(splat_external_memory))),
+    ("splat_tensor_import", c_int32, (c_void_p, POINTER(splat_tensor_desc), POINTER(splat_external_memory),
+        POINTER(c_void_p))),
     ("splat_fit_open", c_int32, (c_void_p, POINTER(splat_fit_desc), POINTER(c_void_p))),
     ("splat_fit_scene", c_int32, (c_void_p, POINTER(c_void_p))),
     ("splat_fit_score", c_int32, (c_void_p, POINTER(splat_fit_desc), c_void_p, c_double, POINTER(c_void_p))),

@@ -337,6 +337,7 @@ class RasterizerInfo(Record):
     runs         times it was drawn; 0: unchanged; 2 or more: other memory or passes
     gaussians    Gaussians of the call: n of the outputs' shapes
     views        views of the call: v of the outputs' shapes
+    items        (Gaussian, view) pairs of the call: n v, or the sum of its ranges
     culled       (Gaussian, view) pairs that are neither visible nor non_finite
     non_finite   (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of
                  its colour is NaN or infinite
@@ -352,6 +353,7 @@ class RasterizerInfo(Record):
     runs: int
     gaussians: int
     views: int
+    items: int
     culled: int
     non_finite: int
 

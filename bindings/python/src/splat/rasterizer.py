@@ -47,6 +47,7 @@ class Rasterizer(Handle):
 
     device         where it draws; None: the default device
     views          0: any number, with memory that grows with the calls
+    items          most (Gaussian, view) pairs of a call, as the sum of its ranges; 0: gaussians x views
     width, height  pixels of the largest view; images of smaller cameras are 0 beyond their size
     sh_degree      0 to 3; 0 with direct_colors
     direct_colors  colours are RGB, not spherical harmonics
@@ -66,7 +67,7 @@ class Rasterizer(Handle):
     _kind = "rasterizer"
 
     def __init__(self, device: Optional[Device], gaussians: int, width: int, height: int, *,
-                 views: int = 0, sh_degree: int = 0, direct_colors: bool = False,
+                 views: int = 0, items: int = 0, sh_degree: int = 0, direct_colors: bool = False,
                  antialiased: bool = False, depth: bool = False, normals: bool = False,
                  ids: bool = False, backward: bool = False, grad_depth: bool = False,
                  grad_pose: bool = False, grad_intrinsics: bool = False, grad_means2d: bool = False,
@@ -86,6 +87,7 @@ class Rasterizer(Handle):
                               (original_gradient, flags.ORIGINAL_GRADIENT))
         desc.gaussians = whole(gaussians, "gaussians")
         desc.views = whole(views, "views")
+        desc.items = whole(items, "items")
         desc.width, desc.height = whole(width, "width"), whole(height, "height")
         desc.sh_degree = whole(sh_degree, "sh_degree")
         desc.disabled_skips = whole(disabled_skips, "disabled_skips")
@@ -109,26 +111,37 @@ class Rasterizer(Handle):
         return RasterState(self)
 
     def forward(self, scene: Scene, cameras: Cameras, background: Optional[ArrayLike] = None, *,
-                state: Optional[RasterState] = None) -> None:
+                ranges: Optional[ArrayLike] = None, state: Optional[RasterState] = None) -> None:
         """Draw a scene; read the images with `read`, `output` or `images`.
 
         background  RGB; None: black
-        Raises InvalidArgument (cameras that are too large, too many Gaussians), Cancelled.
+        ranges      int [views,2]: the first Gaussian that each view sees, and how many, as for objects that lie
+                    one after the other; None: all. Each range costs what a call for it would, with the same bits
+        Raises InvalidArgument (cameras that are too large, too many Gaussians, a range), Cancelled.
         """
         views = camera_array(cameras)
+        if ranges is not None:
+            desc = _native.splat_gaussians_desc(struct_size=sizeof(_native.splat_gaussians_desc))
+            desc.scene = scene.handle
+            kept = _see_ranges(desc, ranges)
+            self._run(lib.splat_rasterizer_forward, self.handle, _handle_of(state), byref(desc), views,
+                      len(views), background_of(background))
+            del kept
+            return
         self._run(lib.splat_rasterizer_forward_scene, self.handle, _handle_of(state), scene.handle,
                   views, len(views), background_of(background))
 
     def forward_arrays(self, cameras: Cameras, background: Optional[ArrayLike] = None, *,
                        means: Any, scales: Any, rotations: Any, opacities: Any, sh: Any = None,
                        colors: Any = None, active_tiles: Optional[ArrayLike] = None,
-                       state: Optional[RasterState] = None) -> None:
+                       ranges: Optional[ArrayLike] = None, state: Optional[RasterState] = None) -> None:
         """Draw Gaussians that are tensors of the device, or arrays, which are copied there.
 
         means [n,3], scales [n,3] (standard deviations), rotations [n,4] w, x, y, z, opacities [n]
         0 to 1, and sh [n,K,3], or colors [n,3] with direct_colors; all float32.
         active_tiles  bool [views,ceil(height/16),ceil(width/16)]: pixels of tiles that are False are
         the background with alpha 0, and pass no gradient; None: all are drawn.
+        ranges  as of forward.
         Raises ShapeMismatch, InvalidArgument, InvalidState (a mapped tensor), Cancelled.
         """
         desc = _native.splat_gaussians_desc(struct_size=sizeof(_native.splat_gaussians_desc))
@@ -142,9 +155,11 @@ class Rasterizer(Handle):
             tiles = np.ascontiguousarray(np.asarray(active_tiles) != 0).view(np.uint8)
             desc.active_tiles = tiles.ctypes.data
             desc.active_tile_count = tiles.size
+        seen = None if ranges is None else _see_ranges(desc, ranges)
         views = camera_array(cameras)
         self._run(lib.splat_rasterizer_forward, self.handle, _handle_of(state), byref(desc), views,
                   len(views), background_of(background))
+        del seen
 
     def info(self, state: Optional[RasterState] = None) -> RasterizerInfo:
         """What the last forward call of a state did; zeros before the first."""
@@ -168,7 +183,7 @@ class Rasterizer(Handle):
             return code, (info.views, *self._size, *PIXEL_OUTPUTS[code])
         if code not in GAUSSIAN_OUTPUTS:
             raise InvalidArgument(f"output is {int(code)}, which is none: see splat.Output")
-        return code, (info.views, info.gaussians, *GAUSSIAN_OUTPUTS[code])
+        return code, (*_items_of(info), *GAUSSIAN_OUTPUTS[code])
 
     def read(self, output: Union[int, _native.OutputName] = "rgb", *, state: Optional[RasterState] = None
              ) -> Floats:
@@ -176,7 +191,8 @@ class Rasterizer(Handle):
 
         output  "rgb" [V,H,W,3], "alpha", "depth", "expected_depth", "contributors", "ids" [V,H,W],
                 "normals" [V,H,W,3]; of Gaussians "means2d", "radii" [V,N,2], "conics" [V,N,3],
-                "depths", "visibility" [V,N]
+                "depths", "visibility" [V,N]; if a view saw a range of fewer than N, [I,...]: the views'
+                ranges one after the other, I Gaussians in all
         Raises InvalidState (no forward call, or an output that the rasterizer was not made for).
         """
         code, shape = self._shape(output, state)
@@ -229,7 +245,7 @@ class Rasterizer(Handle):
         count, views = info.gaussians, info.views
         shapes = {"means": (count, 3), "scales": (count, 3), "rotations": (count, 4),
                   "opacities": (count,), "sh": (count, self._terms, 3), "colors": (count, 3),
-                  "means2d": (views, count, 2), "means2d_abs": (views, count, 2),
+                  "means2d": (*_items_of(info), 2), "means2d_abs": (*_items_of(info), 2),
                   "world_to_camera": (views, 3, 4), "intrinsics": (views, 4),
                   "contributions": (count, 2)}
         flags = flags_of((accumulate, _native.GradientFlags.ACCUMULATE))
@@ -251,6 +267,25 @@ class Rasterizer(Handle):
             setattr(desc, name if name == "contributions" else f"grad_{name}", given.handle)
         self._run(lib.splat_rasterizer_backward, self.handle, _handle_of(state), byref(desc))
         return gradients
+
+
+def _see_ranges(desc: _native.splat_gaussians_desc, ranges: ArrayLike) -> NDArray[Any]:
+    """Set the ranges of a call. Returns what must live until it ends."""
+    given = np.asarray(ranges)
+    if given.size > 0 and (given.ndim != 2 or given.shape[1] != 2 or given.dtype.kind not in "iu" or
+                           given.min() < 0 or given.max() > 0xFFFFFFFF):
+        raise InvalidArgument(f"ranges are {given.dtype} {list(given.shape)}, expected whole numbers [views,2]: "
+                              "the first Gaussian, and how many")
+    seen = np.ascontiguousarray(given, np.uint32)
+    desc.view_ranges = seen.ctypes.data
+    desc.view_range_count = seen.size
+    return seen
+
+
+def _items_of(info: RasterizerInfo) -> Tuple[int, ...]:
+    """Axes of outputs of Gaussians: views and Gaussians, or the views' ranges one after the other."""
+    whole_set = info.items == info.views * info.gaussians
+    return (info.views, info.gaussians) if whole_set else (info.items,)
 
 
 def _handle_of(state: Optional[RasterState]) -> Optional[int]:

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from . import _dlpack, _native
 from ._arrays import (ArrayLike, address, as_numpy_asks, check_shape, converted, frozen, host_array, set_dims,
                       shape_text, typed_array, whole_shape)
+from ._dlpack import CudaArray, ExternalMemory
 from ._errors import InvalidArgument, Unsupported, check, direct
 from ._handle import Handle, Keeper, made
 from ._library import lib
 from ._records import TensorInfo, TensorStats
 from ._text import choice, encoded
-from .device import Device
+from .device import Device, whole
 
 DTYPES = {_native.Dtype.F32: np.dtype(np.float32), _native.Dtype.I32: np.dtype(np.int32),
           _native.Dtype.U32: np.dtype(np.uint32)}
@@ -178,11 +179,57 @@ class Tensor(Handle):
 
     @classmethod
     def zeros(cls, device: Device, shape: Union[int, Sequence[int]], dtype: Any = "float32", *,
-              name: Optional[str] = None) -> "Tensor":
-        """A tensor of zeros."""
+              name: Optional[str] = None, exportable: bool = False) -> "Tensor":
+        """A tensor of zeros.
+
+        exportable  in an allocation of its own, for `export` and `cuda`; Unsupported where the device
+                    has no FeatureFlags.EXTERNAL_MEMORY
+        """
         desc = _desc(whole_shape(shape, "the tensor"), dtype, name)
+        desc.flags = int(_native.TensorFlags.EXPORTABLE) if exportable else 0
         return cls._of(made("tensor", direct, lib.splat_tensor_create, device.handle, byref(desc)),
                        device)
+
+    @classmethod
+    def from_memory(cls, device: Device, memory: ExternalMemory, shape: Union[int, Sequence[int]],
+                    dtype: Any = "float32", *, name: Optional[str] = None) -> "Tensor":
+        """A tensor in memory that `export`, another process or another API exported on the same device and driver.
+
+        memory  may be closed when this returns. What others do there must have ended before a call uses the tensor.
+        Raises InvalidArgument (a handle of no memory of the device, UUIDs of another, too little memory),
+        Unsupported (the device has no FeatureFlags.EXTERNAL_MEMORY).
+        """
+        raw = _native.splat_external_memory(struct_size=sizeof(_native.splat_external_memory))
+        raw.handle = whole(memory.handle, "handle", 63)
+        raw.memory_bytes = whole(memory.memory_bytes, "memory_bytes", 64)
+        raw.offset, raw.memory_type = whole(memory.offset, "offset", 64), whole(memory.memory_type, "memory_type")
+        for field, uuid in ((raw.device_uuid, memory.device_uuid), (raw.driver_uuid, memory.driver_uuid)):
+            if len(uuid) not in (0, 16):
+                raise InvalidArgument(f"a UUID of the memory has {len(uuid)} bytes, expected 16 or none")
+            field[:len(uuid)] = uuid
+        desc = _desc(whole_shape(shape, "the tensor"), dtype, name)
+        return cls._of(made("tensor", direct, lib.splat_tensor_import, device.handle, byref(desc), byref(raw)), device)
+
+    def export(self) -> ExternalMemory:
+        """A handle of the tensor's memory for other processes and APIs, with what they must know to open it.
+
+        The caller closes it by os.close, unless an API takes it. It keeps the memory alive, also after the
+        tensor was closed and the process has ended. The library's calls have ended on the device when they return.
+        Raises InvalidState (not exportable, imported itself, mapped).
+        """
+        raw = _native.splat_external_memory(struct_size=sizeof(_native.splat_external_memory))
+        check(lib.splat_tensor_export(self.handle, byref(raw)))
+        return ExternalMemory(raw.handle, raw.memory_bytes, raw.offset, raw.memory_type, bytes(raw.device_uuid),
+                              bytes(raw.driver_uuid))
+
+    def cuda(self) -> CudaArray:
+        """The memory of an exportable tensor for libraries that use CUDA, without a copy.
+
+        torch.as_tensor(tensor.cuda()) by __cuda_array_interface__, torch.from_dlpack(tensor.cuda()) by DLPack.
+        Before the next call that uses the tensor, wait for what was done there: torch.cuda.synchronize().
+        Raises InvalidState (not exportable), Unsupported (no driver of CUDA, or the device is none of its own).
+        """
+        return CudaArray(self)
 
     @property
     def device(self) -> Device:

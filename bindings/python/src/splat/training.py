@@ -1,7 +1,7 @@
 """Training: a run with its folder, and the trainer and batches that it is made of."""
 import threading
-from ctypes import byref, sizeof
-from typing import Any, Dict, Optional, Sequence, Union
+from ctypes import byref, c_size_t, sizeof
+from typing import Any, Dict, List, Optional, Sequence, Union
 
 import numpy as np
 
@@ -161,9 +161,24 @@ class Trainer(Handle):
         self._run(lib.splat_trainer_step, self.handle, byref(batch.raw), byref(info))
         return TrainerInfo.of(info)
 
+    def step_unread(self, batch: Batch) -> None:
+        """Do one update; what it did is not read from the device, until `read`."""
+        self._run(lib.splat_trainer_step, self.handle, byref(batch.raw), None)
+
+    def read(self) -> List[TrainerInfo]:
+        """What the steps of `step_unread` did, oldest first, each once."""
+        count = c_size_t()
+        self._run(lib.splat_trainer_read, self.handle, None, 0, byref(count))
+        infos = (_native.splat_trainer_info * count.value)()
+        for info in infos:
+            info.struct_size = sizeof(_native.splat_trainer_info)
+        if infos:
+            self._run(lib.splat_trainer_read, self.handle, infos, len(infos), None)
+        return [TrainerInfo.of(info) for info in infos]
+
     @property
     def report(self) -> Dict[str, Any]:
-        """Step, attempts, counts of parameters, and the whole configuration."""
+        """Step, attempts, steps unread and skipped, counts of parameters, and the whole configuration."""
         found: Dict[str, Any] = json_from(lib.splat_trainer_report, self.handle)
         return found
 

@@ -64,6 +64,7 @@ pub type splat_kernels = i32;
 /** shaders have integers of 64 bits */ pub const SPLAT_FEATURE_INT64: u32 = 8;
 /// the host reads device memory in place, through its caches: tensors map without a copy
 pub const SPLAT_FEATURE_UNIFIED_MEMORY: u32 = 16;
+/** tensors can be exported and imported */ pub const SPLAT_FEATURE_EXTERNAL_MEMORY: u32 = 32;
 
 /** How a device is chosen. */ pub type splat_device_select = i32;
 /// discrete, then integrated, virtual, CPU; lowest index within a kind. Of GPUs, drivers that passed no conformance
@@ -81,6 +82,8 @@ pub const SPLAT_DEVICE_VALIDATION: u32 = 1;
 /** float32 */ pub const SPLAT_DTYPE_F32: splat_dtype = 1;
 /** signed integers of 32 bits */ pub const SPLAT_DTYPE_I32: splat_dtype = 2;
 /** unsigned integers of 32 bits */ pub const SPLAT_DTYPE_U32: splat_dtype = 3;
+
+/** in an allocation of its own, for splat_tensor_export */ pub const SPLAT_TENSOR_EXPORTABLE: u32 = 1;
 
 /** What is done with the elements of a tensor while it is mapped. */ pub type splat_access = i32;
 /** only read */ pub const SPLAT_ACCESS_READ: splat_access = 1;
@@ -228,9 +231,10 @@ pub const SPLAT_SKIP_UNCHANGED: u32 = 16;
 /// Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs
 pub const SPLAT_SKIP_BLOCKS: u32 = 32;
 
-/// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. Outputs of Gaussians are 0 for
-/// culled ones: before the near or behind the far plane, outside the image, not finite, without extent, or (gsplat)
-/// fainter than 1/255. No skip changes them.
+/// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of fewer
+/// than N, \[I,..\] takes the place of \[V,N,..\]: the views' ranges one after the other, I Gaussians in all. Outputs
+/// of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not finite,
+/// without extent, or (gsplat) fainter than 1/255. No skip changes them.
 pub type splat_output = i32;
 /** \[V,H,W,3\] colours over the background */ pub const SPLAT_OUTPUT_RGB: splat_output = 1;
 /** \[V,H,W\] sum of the weights */ pub const SPLAT_OUTPUT_ALPHA: splat_output = 2;
@@ -244,7 +248,8 @@ pub type splat_output = i32;
 /** \[V,N\] 1, or 0 if culled */ pub const SPLAT_OUTPUT_VISIBILITY: splat_output = 10;
 /// \[V,H,W,3\] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
 pub const SPLAT_OUTPUT_NORMALS: splat_output = 11;
-/** \[V,H,W\] Gaussian of the largest weight, from 0; -1: none */ pub const SPLAT_OUTPUT_IDS: splat_output = 12;
+/// \[V,H,W\] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
+pub const SPLAT_OUTPUT_IDS: splat_output = 12;
 
 /// add gradients to the tensors' contents instead of overwriting them
 pub const SPLAT_GRADIENTS_ACCUMULATE: u32 = 1;
@@ -457,9 +462,9 @@ pub type splat_trainer = *mut splat_trainer_s;
 pub type splat_optimizer = *mut splat_optimizer_s;
 
 #[repr(C)] pub struct splat_batches_s { opaque: [u8; 0] }
-/// The batches of a training: which objects and views a step sees, read ahead of time by a thread of the library.
-/// Batch n depends on the seed and n alone, so a training can be resumed anywhere. The caller synchronises calls on
-/// one object.
+/// The batches of a training: which objects and views a step sees, read ahead of time by threads of the library
+/// (opt.num_workers; one where it is 0). Batch n depends on the seed and n alone, so a training can be resumed
+/// anywhere. The caller synchronises calls on one object.
 ///
 /// splat_trainer_batch batch = {.struct_size = sizeof batch}; splat_batches_create(dataset, config, seed, &batches);
 /// for (uint64_t n = 0; n \< 1000; ++n) { splat_batches_next(batches, n, &batch); splat_trainer_step(trainer, &batch,
@@ -607,7 +612,7 @@ pub struct splat_memory_info {
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_tensor_desc {
     pub struct_size: u32,
-    /** 0 */ pub flags: u32,
+    /** SPLAT_TENSOR_ bits */ pub flags: u32,
     /** NULL */ pub next: *const c_void,
     /** used in messages; may be NULL */ pub name: *const c_char,
     /** 0 = SPLAT_DTYPE_F32 */ pub dtype: splat_dtype,
@@ -1148,7 +1153,9 @@ pub struct splat_rasterizer_desc {
     /** 0 = SPLAT_CONVENTION_3DGS */ pub convention: splat_convention,
     /** scene units; 0 = 0.2, in SPLAT_CONVENTION_GSPLAT 0.01 */ pub near_plane: f32,
     /** scene units; 0 = 1e10 */ pub far_plane: f32,
-    pub reserved: u32,
+    /// most (Gaussian, view) pairs of a call, as the sum of its view_ranges; 0 = N V. It decides the memory. With
+    /// views = 0 it is the number at first, and grows
+    pub items: u32,
 }
 
 /// ```text
@@ -1176,6 +1183,14 @@ pub struct splat_gaussians_desc {
     /// are the background with alpha 0 and pass no gradient; they cost nearly nothing
     pub active_tiles: *const u8,
     /** bytes; 0 with NULL */ pub active_tile_count: usize,
+    /// \[v,2\] for each view of the call, the first Gaussian that it sees and how many, e.g. of sets that lie one
+    /// after the other; NULL: each sees all. They may overlap, repeat and be empty. A view is drawn as by a call for
+    /// it alone with these Gaussians, to the bit, and so are gradients of its pose, intrinsics and means2d; time and
+    /// memory are those of such calls. Gradients and contributions of Gaussians are those of a call for each range
+    /// with all its views, in the order of their first ones, added. Gaussians that no view sees get 0
+    pub view_ranges: *const u32,
+    /** numbers: 2 v; 0 with NULL */ pub view_range_count: usize,
+    /** drawn instead of tensors, which are NULL then; else NULL */ pub scene: splat_scene,
 }
 
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
@@ -1193,8 +1208,8 @@ pub struct splat_gradients_desc {
     /** \[N\] */ pub grad_opacities: splat_tensor,
     /** \[N,(sh_degree+1)^2,3\] */ pub grad_sh: splat_tensor,
     /** \[N,3\] direct colours */ pub grad_colors: splat_tensor,
-    /** \[V,N,2\] per pixel */ pub grad_means2d: splat_tensor,
-    /** \[V,N,2\] sums over the pixels of absolute values */ pub grad_means2d_abs: splat_tensor,
+    /** \[V,N,2\] per pixel; \[I,2\] as outputs of Gaussians */ pub grad_means2d: splat_tensor,
+    /** the same: sums over the pixels of absolute values */ pub grad_means2d_abs: splat_tensor,
     /** \[V,3,4\] rows of the rotation and the translation */ pub grad_world_to_camera: splat_tensor,
     /** \[V,4\] fx, fy, cx, cy */ pub grad_intrinsics: splat_tensor,
     /** \[N,2\] sum of its weights, number of pixels, over all views */ pub contributions: splat_tensor,
@@ -1218,7 +1233,7 @@ pub struct splat_rasterizer_info {
     /** times it was drawn; 0: unchanged; 2 or more: other memory or passes */ pub runs: u32,
     /** Gaussians of the call: n of the outputs' shapes */ pub gaussians: u32,
     /** views of the call: v of the outputs' shapes */ pub views: u32,
-    pub reserved: u32,
+    /** (Gaussian, view) pairs of the call: n v, or the sum of its ranges */ pub items: u32,
     /** (Gaussian, view) pairs that are neither visible nor non_finite */ pub culled: u64,
     /// (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour
     /// is NaN or infinite
@@ -1615,6 +1630,20 @@ pub struct splat_metric_comparison {
     /** the same, with a finite score in A only */ pub lacking_b: u64,
 }
 
+/// Memory of a device, as one API or process gives it to another.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_external_memory {
+    pub struct_size: u32,
+    /** 1 + Vulkan's index of its type of memory; 0: not known, device-local */ pub memory_type: u32,
+    /// Linux: a file descriptor, as of VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT and
+    /// CU_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD; Windows (never tried): an NT handle, OPAQUE_WIN32
+    pub handle: i64,
+    /** bytes of the whole allocation, which is not dedicated to a buffer */ pub memory_bytes: u64,
+    /** bytes from its start to the first element */ pub offset: u64,
+    /** Vulkan's deviceUUID, on NVIDIA also CUDA's; zeros: not checked */ pub device_uuid: [u8; 16],
+    /** Vulkan's driverUUID; zeros: not checked */ pub driver_uuid: [u8; 16],
+}
+
 /// What to fit, and how long.
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_fit_desc {
@@ -1794,9 +1823,9 @@ zeroed! {
     splat_image_info splat_image_scores splat_lpips_desc splat_run_event splat_optimizer_desc splat_optimizer_info
     splat_trainer_desc splat_trainer_batch splat_trainer_info splat_training_desc splat_evaluator_desc
     splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary splat_compare_desc
-    splat_comparison_info splat_metric_comparison splat_fit_desc splat_prior_model_desc splat_prior_model_info
-    splat_normals_desc splat_depth_scores splat_normal_scores splat_mask_scores splat_fidelity_scores
-    splat_point_scores
+    splat_comparison_info splat_metric_comparison splat_external_memory splat_fit_desc splat_prior_model_desc
+    splat_prior_model_info splat_normals_desc splat_depth_scores splat_normal_scores splat_mask_scores
+    splat_fidelity_scores splat_point_scores
 }
 
 extern "C" {
@@ -1922,13 +1951,14 @@ extern "C" {
     /// Report the time of every kind of dispatch since creation or the last reset, on a device with
     /// SPLAT_DEVICE_PROFILE. JSON: {"device": name, "ops": [{"op", "kernel", "count", "total_ms",
     /// "min_ms", "median_ms", "bytes", "flops"}], "idle": {"count", "total_ms"}, "lists": {"count",
-    /// "submits", "dispatches", "copies", "barriers", "bytes", "device_ms", "longest_submit_ms"},
+    /// "submits", "dispatches", "copies", "barriers", "compute_barriers", "transfer_barriers",
+    /// "host_barriers", "levels", "bytes", "device_ms", "longest_submit_ms"},
     /// "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}. "bytes" and "flops" of an
     /// operator are means over its dispatches, as it counts them. "idle" is the time between what is
     /// timed in one list. "lists" is what all lists together held and took, and their longest piece, on
-    /// the host's clock. "transfers" is what was copied between host memory and the device. On GPUs,
-    /// dispatches between two barriers may overlap: they are timed together, and each gets a share by its
-    /// estimated time.
+    /// the host's clock; a level is what lies between two barriers. "transfers" is what was copied
+    /// between host memory and the device. On GPUs, dispatches of one level may overlap: they are timed
+    /// together, and each gets a share by its estimated time.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
     ///   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE
     /// ```
@@ -1952,7 +1982,8 @@ extern "C" {
     /// Create a tensor on the device, row-major and contiguous, filled with zeros.
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      rank, dtype, a dimension < 1, or 2^31 elements or more
-    ///   SPLAT_ERROR_UNSUPPORTED           more bytes than max_storage_buffer_bytes of the device
+    ///   SPLAT_ERROR_UNSUPPORTED           more bytes than max_storage_buffer_bytes of the device, or
+    ///                                     flags without SPLAT_FEATURE_EXTERNAL_MEMORY
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
     /// ```
     pub fn splat_tensor_create(
@@ -2974,9 +3005,12 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Draw Gaussians that are tensors.
+    /// Draw Gaussians that are tensors, or a scene whose views see ranges of it or have tiles that are off.
     /// gaussians       tensors of the rasterizer's device; all NULL for n = 0
-    /// Other parameters and results as splat_rasterizer_forward_scene.
+    /// Other parameters and results as splat_rasterizer_forward_scene;
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      also for a scene and tensors, a range beyond the n Gaussians,
+    ///                                     another number of ranges than cameras, and ranges of more
+    ///                                     Gaussians in all than the rasterizer was made for
     /// ```
     pub fn splat_rasterizer_forward(
         rasterizer: splat_rasterizer, state: splat_raster_state, gaussians: *const splat_gaussians_desc, cameras:
@@ -3372,17 +3406,38 @@ extern "C" {
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL).
     pub fn splat_trainer_model(trainer: splat_trainer, model: *mut splat_model) -> splat_result;
 
+    /// ```text
     /// Do one update. Arrays are read before the call returns.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and SPLAT_ERROR_INVALID_ARGUMENT as
-    /// splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
-    /// SPLAT_ERROR_DEVICE_LOST; no update
+    /// info      in/out, struct_size set: what this step did. NULL: the device decides by itself whether to update,
+    ///           and splat_trainer_read gives later what it did. The host reads only how many pairs are drawn, as it
+    ///           makes room for them, and scales for CO3D's terms; and all that is unread where it must know whether
+    ///           LPIPS begins, or when 16 steps, or opt.read_every if that is more, but at most 256, are unread
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
+    ///   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update
+    /// ```
     pub fn splat_trainer_step(
         trainer: splat_trainer, batch: *const splat_trainer_batch, info: *mut splat_trainer_info
     ) -> splat_result;
 
-    /// JSON: {"step", "attempts" (with skipped ones), "parameters", "trainable", "ledger" (of the last attempt; null
-    /// before the first): {"visible", "culled", "non_finite", "gradients_zero"} (see splat_trainer_info), "config"}.
+    /// ```text
+    /// Read what the steps without `info` did, oldest first, each step once. Nothing of them is lost if a step with
+    /// `info`, splat_trainer_save, splat_trainer_store or splat_trainer_resume comes before; of more than 65,536
+    /// steps the latest are kept.
+    /// infos     in/out, `capacity` of them, struct_size of each set to the same; may be NULL when capacity is 0
+    /// count     out, how many there were; may be NULL. Those that do not fit are given by the next call
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE (what fits was given), SPLAT_ERROR_INVALID_HANDLE,
+    ///   SPLAT_ERROR_INVALID_ARGUMENT (infos), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; none is given then
+    /// ```
+    pub fn splat_trainer_read(
+        trainer: splat_trainer, infos: *mut splat_trainer_info, capacity: usize, count: *mut usize
+    ) -> splat_result;
+
+    /// JSON: {"step" (updates by the steps that were read), "attempts" (all steps, with skipped ones), "unread"
+    /// (steps that were not read), "skipped" (steps without an update in a row, up to the last that was read),
+    /// "parameters", "trainable", "ledger" (of the last step that was read; null before the first): {"visible",
+    /// "culled", "non_finite", "gradients_zero"} (see splat_trainer_info), "config"}. Does not wait for a call on
+    /// another thread.
     ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     pub fn splat_trainer_report(
@@ -3478,7 +3533,8 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Describe the latest attempt of a step in this session, skipped or not.
+    /// Describe the latest attempt of a step in this session, skipped or not. With opt.read_every above 1
+    /// it may be a later one than that of the latest event.
     /// run       of splat_training_open
     /// info      in/out, struct_size set
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL; a run of another
@@ -3644,6 +3700,39 @@ extern "C" {
 
     /// Destroy a comparison. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_comparison_destroy(comparison: splat_comparison) -> splat_result;
+
+    /// ```text
+    /// Give others a handle of a tensor's memory, with what they must know to open it: elements are
+    /// row-major and contiguous. The handle and all who opened it keep the memory alive: it stays valid,
+    /// with its elements, after the tensor and the device are destroyed and the process has ended.
+    /// memory    in/out, struct_size set. memory->handle is the caller's, who closes it by close() (on
+    ///           Windows CloseHandle()), unless an API that opens it takes it, as CUDA does a descriptor.
+    ///           Each call makes another one
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (struct_size), or
+    ///   SPLAT_ERROR_INVALID_STATE  made without SPLAT_TENSOR_EXPORTABLE, imported itself, or mapped
+    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY  no descriptor is left
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_DEVICE_LOST
+    /// ```
+    pub fn splat_tensor_export(tensor: splat_tensor, memory: *mut splat_external_memory) -> splat_result;
+
+    /// ```text
+    /// Create a tensor in memory that splat_tensor_export, another process or another API exported on the
+    /// same device and driver. The elements are what the memory holds. It must have whole quads of 16 bytes
+    /// for them, of which the library may overwrite the rest behind the last element. The memory counts to
+    /// the device's budget, and lives at least as long as the tensor, whatever becomes of its owner.
+    /// desc      flags 0
+    /// memory    its handle stays the caller's, who may close it when this returns. A wrong memory_bytes
+    ///           is refused where the system or the driver knows better, and undefined elsewhere
+    /// Returns what splat_tensor_create returns, SPLAT_ERROR_INVALID_ARGUMENT also for
+    ///   a struct_size, a handle that is not open or of no memory that the device opens, UUIDs of another
+    ///   device or driver, memory_bytes too few for the elements, an offset that is no multiple of the
+    ///   device's alignment (256 suits all), a memory_type that the device does not have for tensors;
+    ///   SPLAT_ERROR_UNSUPPORTED also without SPLAT_FEATURE_EXTERNAL_MEMORY
+    /// ```
+    pub fn splat_tensor_import(
+        device: splat_device, desc: *const splat_tensor_desc, memory: *const splat_external_memory, tensor: *mut
+        splat_tensor
+    ) -> splat_result;
 
     /// ```text
     /// Open a fit, which splat_run_destroy closes: read the photographs, undo the distortion of their lenses, and without
@@ -3962,6 +4051,7 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_compare_desc", false, std::mem::size_of::<splat_compare_desc>()),
     ("splat_comparison_info", false, std::mem::size_of::<splat_comparison_info>()),
     ("splat_metric_comparison", false, std::mem::size_of::<splat_metric_comparison>()),
+    ("splat_external_memory", false, std::mem::size_of::<splat_external_memory>()),
     ("splat_fit_desc", false, std::mem::size_of::<splat_fit_desc>()),
     ("splat_prior_model_desc", false, std::mem::size_of::<splat_prior_model_desc>()),
     ("splat_prior_model_info", false, std::mem::size_of::<splat_prior_model_info>()),
@@ -4094,16 +4184,17 @@ mod tests {
         input_capacity: 48, 8; gaussians: 56, 8; not_finite: 64, 8; faint: 72, 8; read_ms: 80, 8; network_ms: 88, 8;);
         layout!(splat_rasterizer_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; gaussians: 16, 4; views: 20,
         4; width: 24, 4; height: 28, 4; sh_degree: 32, 4; disabled_skips: 36, 4; convention: 40, 4; near_plane: 44, 4;
-        far_plane: 48, 4; reserved: 52, 4;);
-        layout!(splat_gaussians_desc, 80, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; means: 16, 8; scales: 24, 8;
-        rotations: 32, 8; opacities: 40, 8; sh: 48, 8; colors: 56, 8; active_tiles: 64, 8; active_tile_count: 72, 8;);
+        far_plane: 48, 4; items: 52, 4;);
+        layout!(splat_gaussians_desc, 104, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; means: 16, 8; scales: 24, 8;
+        rotations: 32, 8; opacities: 40, 8; sh: 48, 8; colors: 56, 8; active_tiles: 64, 8; active_tile_count: 72, 8;
+        view_ranges: 80, 8; view_range_count: 88, 8; scene: 96, 8;);
         layout!(splat_gradients_desc, 128, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; grad_rgb: 16, 8; grad_alpha:
         24, 8; grad_depth: 32, 8; grad_means: 40, 8; grad_scales: 48, 8; grad_rotations: 56, 8; grad_opacities: 64, 8;
         grad_sh: 72, 8; grad_colors: 80, 8; grad_means2d: 88, 8; grad_means2d_abs: 96, 8; grad_world_to_camera: 104,
         8; grad_intrinsics: 112, 8; contributions: 120, 8;);
         layout!(splat_rasterizer_info, 88, 8, struct_size: 0, 4; passes: 4, 4; visible: 8, 8; pairs: 16, 8; longest:
-        24, 8; tiles: 32, 8; empty_tiles: 40, 8; bytes: 48, 8; runs: 56, 4; gaussians: 60, 4; views: 64, 4; reserved:
-        68, 4; culled: 72, 8; non_finite: 80, 8;);
+        24, 8; tiles: 32, 8; empty_tiles: 40, 8; bytes: 48, 8; runs: 56, 4; gaussians: 60, 4; views: 64, 4; items: 68,
+        4; culled: 72, 8; non_finite: 80, 8;);
         layout!(splat_scene_render_desc, 40, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; output: 16, 4; convention:
         20, 4; background: 24, 12; reserved: 36, 4;);
         layout!(splat_image_info, 16, 8, struct_size: 0, 4; bits: 4, 4; focal: 8, 8;);
@@ -4163,6 +4254,8 @@ mod tests {
         layout!(splat_metric_comparison, 120, 8, struct_size: 0, 4; metric: 4, 4; verdict: 8, 4; exact: 12, 4; mean_a:
         16, 8; mean_b: 24, 8; difference: 32, 8; p_permutation: 40, 8; p_parametric: 48, 8; p_holm: 56, 8; low: 64, 8;
         high: 72, 8; effect: 80, 8; n_a: 88, 8; n_b: 96, 8; lacking_a: 104, 8; lacking_b: 112, 8;);
+        layout!(splat_external_memory, 64, 8, struct_size: 0, 4; memory_type: 4, 4; handle: 8, 8; memory_bytes: 16, 8;
+        offset: 24, 8; device_uuid: 32, 16; driver_uuid: 48, 16;);
         layout!(splat_fit_desc, 136, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; folder: 16, 8; data: 24, 8; masks:
         32, 8; steps: 40, 8; seconds: 48, 8; seed: 56, 8; max_gaussians: 64, 4; sh_bands: 68, 4; downscale: 72, 4;
         test_every: 76, 4; cameras: 80, 4; reserved: 84, 4; depth: 88, 8; normals: 96, 8; init: 104, 8; memory_bytes:

@@ -74,7 +74,7 @@ mod types {
     pub use crate::run::{Fit, FitDesc, Interrupter, Run, RunEvent, Scoring, Training, TrainingDesc};
     pub use crate::scene::{Scene, SceneDesc};
     pub use crate::tables::{ExportDesc, ImportDesc, Progress};
-    pub use crate::tensor::{Element, Mapping, MappingMut, Tensor, TensorDesc};
+    pub use crate::tensor::{Element, ExternalMemory, Mapping, MappingMut, Tensor, TensorDesc};
     pub use crate::trainer::{Batches, Trainer, TrainerBatch};
     pub use crate::values::*;
     pub use crate::weights::{NamedArray, Weights};

@@ -66,6 +66,11 @@ pub struct Gaussians<'a> {
     /// `[v,ceil(H/16),ceil(W/16)]` tiles of the call's views; None: all. Pixels of a tile with 0 are
     /// the background with alpha 0, and pass no gradient
     pub active_tiles: Option<&'a [u8]>,
+    /// `[v,2]` the first Gaussian that each view of the call sees, and how many; None: all. Each range
+    /// costs what a call for it would, with the same bits
+    pub view_ranges: Option<&'a [u32]>,
+    /// Drawn instead of tensors, which are None then
+    pub scene: Option<&'a Scene>,
 }
 
 /// Tensors of a backward call, in the shapes of the last forward call: V views, N Gaussians. None
@@ -186,6 +191,9 @@ impl Rasterizer {
             colors: handle(gaussians.colors),
             active_tiles: gaussians.active_tiles.map_or(std::ptr::null(), |tiles| tiles.as_ptr()),
             active_tile_count: gaussians.active_tiles.map_or(0, |tiles| tiles.len()),
+            view_ranges: gaussians.view_ranges.map_or(std::ptr::null(), |all| all.as_ptr()),
+            view_range_count: gaussians.view_ranges.map_or(0, |all| all.len()),
+            scene: gaussians.scene.map_or(std::ptr::null_mut(), |scene| scene.handle),
             ..Default::default()
         };
         let length = count("cameras", cameras.len())?;
@@ -230,15 +238,15 @@ impl Rasterizer {
     pub fn to_vec(&self, state: Option<&RasterState>, output: Output) -> Result<Vec<f32>> {
         let info = self.get_info(state)?;
         let pixels = self.size[0] * self.size[1];
-        let gaussians = info.gaussians as usize;
-        let each = match output {
-            Output::RGB | Output::NORMALS => 3 * pixels,
-            Output::MEANS2D | Output::RADII => 2 * gaussians,
-            Output::CONICS => 3 * gaussians,
-            Output::DEPTHS | Output::VISIBILITY => gaussians,
-            _ => pixels,
+        let (pixels, items) = (info.views as usize * pixels, info.items as usize);
+        let shape = match output {
+            Output::RGB | Output::NORMALS => [3, pixels],
+            Output::MEANS2D | Output::RADII => [2, items],
+            Output::CONICS => [3, items],
+            Output::DEPTHS | Output::VISIBILITY => [1, items],
+            _ => [1, pixels],
         };
-        let mut values = zeros("output", &[info.views as usize, each])?;
+        let mut values = zeros("output", &shape)?;
         self.read(state, output, &mut values)?;
         Ok(values)
     }

@@ -43,6 +43,25 @@ pub struct TensorDesc {
     pub dtype: Dtype,
     /// Elements, outermost first; none makes a scalar.
     pub dims: Vec<i64>,
+    /// In an allocation of its own, for [`Tensor::export`].
+    pub exportable: bool,
+}
+
+/// Memory of a device, as one API or process gives it to another.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ExternalMemory {
+    /// A file descriptor; on Windows (never tried) an NT handle.
+    pub handle: i64,
+    /// Bytes of the whole allocation.
+    pub memory_bytes: u64,
+    /// Bytes from its start to the first element.
+    pub offset: u64,
+    /// 1 + Vulkan's index of its type of memory; 0: not known.
+    pub memory_type: u32,
+    /// Vulkan's, on NVIDIA also CUDA's; zeros: not checked.
+    pub device_uuid: [u8; 16],
+    /// Vulkan's; zeros: not checked.
+    pub driver_uuid: [u8; 16],
 }
 
 object! {
@@ -236,6 +255,51 @@ impl Tensor {
         Ok(managed)
     }
 
+    /// A handle of the memory of a tensor with [`TensorDesc::exportable`], which the caller closes. It and
+    /// all who opened it keep the memory alive, whatever becomes of the tensor. Calls have ended on the
+    /// device when they return; what others do there must have ended before a call that uses the tensor.
+    /// # Errors
+    /// `InvalidState` (not exportable, imported itself, mapped), errors of the device.
+    pub fn export(&self) -> Result<ExternalMemory> {
+        let mut raw = sys::splat_external_memory::default();
+        call!(splat_tensor_export(self.handle, &mut raw))?;
+        Ok(ExternalMemory {
+            handle: raw.handle,
+            memory_bytes: raw.memory_bytes,
+            offset: raw.offset,
+            memory_type: raw.memory_type,
+            device_uuid: raw.device_uuid,
+            driver_uuid: raw.driver_uuid,
+        })
+    }
+
+    /// Create a tensor in memory that others exported on the same device and driver. The handle stays the
+    /// caller's, who may close it afterwards.
+    /// # Safety
+    /// `memory_bytes` is that of the handle's memory, and nobody writes there while the tensor is mapped or
+    /// its pointer is followed.
+    /// # Errors
+    /// `InvalidArgument` (a handle of no memory of the device, UUIDs of another, too little memory),
+    /// `Unsupported` (the device has no [`crate::Features::EXTERNAL_MEMORY`]), and out of memory.
+    pub unsafe fn import(
+        device: &Device,
+        desc: &TensorDesc,
+        memory: &ExternalMemory,
+    ) -> Result<Tensor> {
+        let name = c_optional("name", desc.name.as_deref())?;
+        let raw = raw_desc(desc, pointer(&name));
+        let memory = sys::splat_external_memory {
+            memory_type: memory.memory_type,
+            handle: memory.handle,
+            memory_bytes: memory.memory_bytes,
+            offset: memory.offset,
+            device_uuid: memory.device_uuid,
+            driver_uuid: memory.driver_uuid,
+            ..Default::default()
+        };
+        Tensor::wrap(|handle| call!(splat_tensor_import(device.handle, &raw, &memory, handle)))
+    }
+
     /// Describe the tensor.
     /// # Errors
     /// Another version of the library.
@@ -376,6 +440,7 @@ fn of_slice<T: Element>(desc: &TensorDesc) -> Result<Dtype> {
 
 fn raw_desc(desc: &TensorDesc, name: *const c_char) -> sys::splat_tensor_desc {
     sys::splat_tensor_desc {
+        flags: if desc.exportable { sys::SPLAT_TENSOR_EXPORTABLE } else { 0 },
         name,
         dtype: desc.dtype.0,
         rank: desc.dims.len() as u32,

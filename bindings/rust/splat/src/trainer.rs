@@ -3,6 +3,7 @@
 use crate::dataset::Dataset;
 use crate::device::Device;
 use crate::error::{call, Result};
+use crate::values::Code;
 use crate::model::Model;
 use crate::object::{object, Serial};
 use crate::text::{array, bytes, c_optional, c_path, pointer, text};
@@ -165,7 +166,34 @@ impl Trainer {
         })
     }
 
-    /// JSON: step, attempts, parameters, trainable, configuration.
+    /// Do one update; what it did is not read from the device, until [`Trainer::read`].
+    /// # Errors
+    /// Those of [`Trainer::step`].
+    pub fn step_unread(&self, batch: &TrainerBatch<'_>) -> Result<()> {
+        let raw = batch.to_raw()?;
+        self.serial.with(|| call!(splat_trainer_step(self.handle, &raw, std::ptr::null_mut())))
+    }
+
+    /// What the steps of [`Trainer::step_unread`] did, oldest first, each once.
+    /// # Errors
+    /// Errors of the device.
+    pub fn read(&self) -> Result<Vec<TrainerInfo>> {
+        self.serial.with(|| {
+            let mut count = 0;
+            match call!(splat_trainer_read(self.handle, std::ptr::null_mut(), 0, &mut count)) {
+                Err(error) if error.code() != Code::Incomplete => return Err(error),
+                _ => {}
+            }
+            let mut infos = Vec::new();
+            infos.resize_with(count, sys::splat_trainer_info::default);
+            if count > 0 {
+                call!(splat_trainer_read(self.handle, infos.as_mut_ptr(), count, &mut count))?;
+            }
+            Ok(infos.iter().map(TrainerInfo::from_raw).collect())
+        })
+    }
+
+    /// JSON: step, attempts, steps unread and skipped, parameters, trainable, configuration.
     /// # Errors
     /// Another version of the library.
     pub fn report(&self) -> Result<String> {

@@ -76,6 +76,7 @@ flags! {
         /** shaders have integers of 64 bits */ INT64 = SPLAT_FEATURE_INT64,
         /// the host reads device memory in place, through its caches: tensors map without a copy
         UNIFIED_MEMORY = SPLAT_FEATURE_UNIFIED_MEMORY,
+        /** tensors can be exported and imported */ EXTERNAL_MEMORY = SPLAT_FEATURE_EXTERNAL_MEMORY,
     }
 }
 
@@ -107,6 +108,13 @@ number! {
         /** float32 */ F32 = SPLAT_DTYPE_F32,
         /** signed integers of 32 bits */ I32 = SPLAT_DTYPE_I32,
         /** unsigned integers of 32 bits */ U32 = SPLAT_DTYPE_U32,
+    }
+}
+
+flags! {
+    /// Options of a tensor.
+    TensorFlags {
+        /** in an allocation of its own, for `Tensor::export` */ EXPORTABLE = SPLAT_TENSOR_EXPORTABLE,
     }
 }
 
@@ -381,9 +389,10 @@ flags! {
 }
 
 number! {
-    /// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. Outputs of Gaussians are 0
-    /// for culled ones: before the near or behind the far plane, outside the image, not finite, without extent, or
-    /// (gsplat) fainter than 1/255. No skip changes them.
+    /// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of
+    /// fewer than N, \[I,..\] takes the place of \[V,N,..\]: the views' ranges one after the other, I Gaussians in
+    /// all. Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image,
+    /// not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.
     Output {
         /** \[V,H,W,3\] colours over the background */ RGB = SPLAT_OUTPUT_RGB,
         /** \[V,H,W\] sum of the weights */ ALPHA = SPLAT_OUTPUT_ALPHA,
@@ -397,7 +406,8 @@ number! {
         /** \[V,N\] 1, or 0 if culled */ VISIBILITY = SPLAT_OUTPUT_VISIBILITY,
         /// \[V,H,W,3\] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
         NORMALS = SPLAT_OUTPUT_NORMALS,
-        /** \[V,H,W\] Gaussian of the largest weight, from 0; -1: none */ IDS = SPLAT_OUTPUT_IDS,
+        /// \[V,H,W\] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
+        IDS = SPLAT_OUTPUT_IDS,
     }
 }
 
@@ -667,6 +677,7 @@ output! {
         /** times it was drawn; 0: unchanged; 2 or more: other memory or passes */ runs: u32 = raw.runs,
         /** Gaussians of the call: n of the outputs' shapes */ gaussians: u32 = raw.gaussians,
         /** views of the call: v of the outputs' shapes */ views: u32 = raw.views,
+        /** (Gaussian, view) pairs of the call: n v, or the sum of its ranges */ items: u32 = raw.items,
         /** (Gaussian, view) pairs that are neither visible nor non_finite */ culled: u64 = raw.culled,
         /// (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its
         /// colour is NaN or infinite
@@ -1051,6 +1062,9 @@ input! {
         /** 0 = `Convention::CONVENTION_3DGS` */ convention: Convention = own.convention.0,
         /** scene units; 0 = 0.2, in `Convention::GSPLAT` 0.01 */ near_plane: f32 = own.near_plane,
         /** scene units; 0 = 1e10 */ far_plane: f32 = own.far_plane,
+        /// most (Gaussian, view) pairs of a call, as the sum of its view_ranges; 0 = N V. It decides the memory. With
+        /// views = 0 it is the number at first, and grows
+        items: u32 = own.items,
     }
 }
 
@@ -1099,7 +1113,7 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 98] = [
+pub(crate) const WORDS: [(&str, &str); 99] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
     ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"), ("SPLAT_DEVICE_VALIDATION", "DeviceFlags::VALIDATION"),
@@ -1145,7 +1159,7 @@ pub(crate) const WORDS: [(&str, &str); 98] = [
     ("splat_run", "Run"), ("splat_run_next", "Run::next"), ("splat_scene", "Scene"), ("splat_tensor", "Tensor"),
     ("splat_tensor_map", "Tensor::map"), ("splat_tensor_unmap", "Mapping::unmap"), ("splat_trainer", "Trainer"),
     ("splat_training_open", "Training::open"), ("splat_weights", "Weights"), ("value_count", "values.len()"),
-    ("weight_count", "weights.len()"),
+    ("view_range_count", "view_ranges.len()"), ("weight_count", "weights.len()"),
 ];
 
 #[cfg(test)]

@@ -227,6 +227,32 @@ fn smaller_views_tiles_and_what_gaussians_add() {
 }
 
 #[test]
+fn views_see_ranges() {
+    let scene = scene(50);
+    let desc =
+        RasterizerDesc { flags: RasterizerFlags::IDS, items: 80, views: 3, ..Default::default() };
+    let rasterizer = rasterizer(device(), desc);
+    let draw = |gaussians: &Gaussians<'_>| {
+        rasterizer.forward(None, gaussians, &[camera(), camera(), camera()], Some([1.0; 3]))
+    };
+    let of = |view_ranges| Gaussians { scene: Some(&scene), view_ranges, ..Default::default() };
+    draw(&of(Some(&[20, 30, 0, 20, 20, 30]))).unwrap();
+    assert_eq!(rasterizer.get_info(None).unwrap().items, 80);
+    assert_eq!(rasterizer.to_vec(None, Output::MEANS2D).unwrap().len(), 160);
+    let ids = rasterizer.to_vec(None, Output::IDS).unwrap();
+    let (first, rest) = ids.split_at(32 * 48);
+    let (second, third) = rest.split_at(32 * 48);
+    assert!(
+        first.iter().all(|id| *id == -1.0 || *id >= 20.0) && first.iter().any(|id| *id >= 20.0)
+    );
+    assert!(second.iter().all(|id| *id < 20.0));
+    assert_eq!(first, third);
+    let error = draw(&of(Some(&[0, 20, 31, 20, 0, 0]))).unwrap_err().to_string();
+    assert!(error.contains("view 1 sees Gaussians 31 to 51, but there are 50"), "{error}");
+    assert_eq!(draw(&of(Some(&[0, 20]))).unwrap_err().code(), Code::InvalidArgument);
+}
+
+#[test]
 fn bad_calls_of_the_rasterizer_are_refused() {
     let one = RasterizerDesc { views: 1, ..Default::default() };
     let rasterizer = rasterizer(device(), one);

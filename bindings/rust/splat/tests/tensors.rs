@@ -2,7 +2,9 @@
 
 mod support;
 
-use splat::{Access, Code, Device, DeviceDesc, DeviceSelect, Dtype, Tensor, TensorDesc};
+use splat::{
+    Access, Code, Device, DeviceDesc, DeviceSelect, Dtype, ExternalMemory, Features, Tensor, TensorDesc,
+};
 use support::device;
 
 #[test]
@@ -88,6 +90,31 @@ fn slices_of_another_length_or_type_are_refused() {
     let desc = TensorDesc { dtype: Dtype::U32, dims: vec![1], ..Default::default() };
     assert!(Tensor::from_host(device(), &desc, &[1.0_f32], None).is_err());
     assert_eq!(tensor.to_vec::<f32>().unwrap(), [1.0; 4]);
+}
+
+#[test]
+fn exported_memory_outlives_its_tensor() {
+    let desc = TensorDesc { dims: vec![3], exportable: true, ..Default::default() };
+    if !device().get_info().unwrap().features.contains(Features::EXTERNAL_MEMORY) {
+        assert_eq!(Tensor::create(device(), &desc).unwrap_err().code(), Code::Unsupported);
+        return;
+    }
+    let tensor = Tensor::create(device(), &desc).unwrap();
+    tensor.write(&[1.0_f32, 2.0, 3.0], None).unwrap();
+    let memory = tensor.export().unwrap();
+    drop(tensor);
+    // SAFETY: the size is the library's, and nobody else has the memory.
+    let import = |memory| unsafe {
+        Tensor::import(device(), &TensorDesc { exportable: false, ..desc.clone() }, memory)
+    };
+    let imported = import(&memory).unwrap();
+    // SAFETY: the descriptor is ours.
+    #[cfg(unix)]
+    drop(unsafe { <std::fs::File as std::os::unix::io::FromRawFd>::from_raw_fd(memory.handle as i32) });
+    assert_eq!(imported.to_vec::<f32>().unwrap(), [1.0, 2.0, 3.0]);
+    assert_eq!(imported.export().unwrap_err().code(), Code::InvalidState);
+    let error = import(&ExternalMemory { handle: -1, ..memory }).unwrap_err();
+    assert_eq!(error.code(), Code::InvalidArgument, "{error}");
 }
 
 #[test]

@@ -1,5 +1,5 @@
 #version 460
-// Like attention_product.comp, in the register tiles of linear_forward_fast.comp: the lanes run along the
+// Like attention_product.comp, in the register tiles of linear_forward_cpu.comp: the lanes run along the
 // columns, and lane l of every 8 also fetches row l of a block of 8 rows, which constant shuffles then
 // broadcast. Both operands have the layout of the tile, so nothing is packed.
 // One invocation computes kColumns columns by 8 * kBlocks rows; subgroups of 8 lanes or more.

@@ -7,7 +7,7 @@
 // channels, output channels, places of every part of the sum, which makes a product of its own.
 // Bindings: input [places][ceil(C/8)][stride] and grad [places][ceil(K/8)][stride], pairs of quads that are
 // zero from dims.tiles to the next multiple of 8; product [slices][places][K][ceil(C/4)] vec4.
-// Specialisation: workgroup size (a multiple of 8), kQuads: 1 or 2; kSums: 32, or 16 where these are too many.
+// Specialisation: workgroup size (a multiple of 8), kQuads: 1 or 2.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -18,12 +18,12 @@
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kWinogradQuadsId) const uint kQuads = 2;
-layout(constant_id = kWinogradSumsId) const uint kSums = 32;
 QUADS(0, transformed);
 QUADS(1, grad);
 QUADS_OUT(2, product);
 layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
 
+const uint kSums = 32;  // quads
 const uint kOut = kSums / kQuads;
 const uint kOutQuads = kOut / 4;
 const uint kSpan = 8 / kOutQuads;

@@ -1,6 +1,6 @@
 #version 460
 // product[p] = weight[p] transformed[p] for each of the kSize^2 places p of a tile: register tiles as in
-// linear_forward_fast.comp, the lanes along the tiles of the slice.
+// linear_forward_cpu.comp, the lanes along the tiles of the slice.
 // One invocation computes kColumns tiles by 8 * kBlocks output channels at one place; subgroups of 8 lanes
 // or more. Workgroups: tiles (a whole number of workgroups, so that nothing is guarded), output channels,
 // places.
