@@ -120,7 +120,7 @@ class Context : NoCopy {
     void note(Noted noted);
     /// Staging memory for a noted copy; runs what is noted where that leaves too little.
     Result<BufferView> stage(std::uint64_t bytes);
-    /// Forget noted work that did not run, but for writes, which callers take for done.
+    /// Forget noted work that did not run. Writes are kept: callers take them for done.
     void drop(std::vector<Noted> work) noexcept;
     void nothing_noted() noexcept;
 

@@ -29,7 +29,7 @@ struct ListTotals {
     std::uint64_t submits = 0;
     std::uint64_t dispatches = 0;  ///< counts each piece of a split one
     std::uint64_t copies = 0;      ///< copies and fills
-    std::uint64_t barriers = 0;    ///< all kinds; one before each level, but for those to the host
+    std::uint64_t barriers = 0;    ///< all kinds: one before each level, and those to the host
     std::uint64_t transfer_barriers = 0;  ///< naming fills and copies
     std::uint64_t host_barriers = 0;
     std::uint64_t gaps = 0;        ///< between commands, or levels of them, that were timed

@@ -51,7 +51,7 @@ TEST_F(TrainingResume, TakesOnResumingWhatMayChange) {
     EXPECT_HAS(file("run", "config.json"), "\"iterations\": 5");
 }
 
-/// Results that are read together are those of steps that are read one by one, but for times.
+/// Steps that are read together give what steps read one by one give, except times.
 TEST_F(TrainingResume, ReadsResultsTogether) {
     const auto log = [&](const std::string& run, const char* name) {
         return std::regex_replace(

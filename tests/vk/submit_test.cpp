@@ -62,6 +62,24 @@ void time_out(Context& context, int times) {
     g_timeouts = times;
 }
 
+/// Submits of a context so far, and the one with which its call is cancelled.
+struct Submits {
+    int done = 0, cancelled_at = 0;
+    Interrupt* interrupt = nullptr;
+} g_submits;
+
+Submits& count_submits(Context& context) {
+    VolkDeviceTable& vk = context.device().vk;
+    g_submits = {0, 0, &context.mutex.interrupt()};
+    g_submit = vk.vkQueueSubmit;
+    vk.vkQueueSubmit = [](VkQueue queue, std::uint32_t count, const VkSubmitInfo* info,
+                          VkFence fence) {
+        if (++g_submits.done == g_submits.cancelled_at) g_submits.interrupt->raise();
+        return g_submit(queue, count, info, fence);
+    };
+    return g_submits;
+}
+
 /// A separate context with y = 3 x for x = 1, recorded but not run.
 struct Scaling {
     std::shared_ptr<Context> context;
@@ -206,15 +224,7 @@ TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
 TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
     const auto& context = scaling_->context;
     CommandList list = record_slow();
-    static int submits, cancelled_at;
-    static Interrupt* interrupt;
-    interrupt = &context->mutex.interrupt();
-    g_submit = context->device().vk.vkQueueSubmit;
-    context->device().vk.vkQueueSubmit = [](VkQueue queue, std::uint32_t count,
-                                            const VkSubmitInfo* info, VkFence fence) {
-        if (++submits == cancelled_at) interrupt->raise();
-        return g_submit(queue, count, info, fence);
-    };
+    auto& [submits, cancelled_at, interrupt] = count_submits(*context);
     const auto run = [&](int cancel_at) {
         submits = 0;
         cancelled_at = cancel_at;
@@ -245,15 +255,7 @@ TEST_F(Submit, NotedListIsWholeOnceItBegan) {
     CommandList update = record_slow();
     CommandList before =
         record(*context, {slow(slow_.range(), {64, 1, 1}, 1000, flops_for(*context, 20))});
-    static int submits, cancelled_at;
-    static Interrupt* interrupt;
-    interrupt = &context->mutex.interrupt();
-    g_submit = context->device().vk.vkQueueSubmit;
-    context->device().vk.vkQueueSubmit = [](VkQueue queue, std::uint32_t count,
-                                            const VkSubmitInfo* info, VkFence fence) {
-        if (++submits == cancelled_at) interrupt->raise();
-        return g_submit(queue, count, info, fence);
-    };
+    auto& [submits, cancelled_at, interrupt] = count_submits(*context);
     Batch batch;
     const auto run = [&](int cancel_at) {
         submits = 0;
