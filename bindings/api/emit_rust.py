@@ -389,7 +389,8 @@ def _input(api: Api, struct: dict[str, Any], told: Told) -> str:
     text += f"    {_camel(struct['name'])}(own) = {struct['name']} {{\n"
     for field in _visible(struct):
         kind = _value_type(api, field)
-        code = f"{field['name']}: {kind} = own.{field['name']}{'.0' if kind[0].isupper() else ''},"
+        value = f"own.{field['name']}{'.0' if kind[0].isupper() else ''}"
+        code = f"{field['name']}: {kind} = {f'u32::from({value})' if kind == 'bool' else value},"
         text += _field(told, field, code, "        ")
     return text + "    }\n}\n"
 

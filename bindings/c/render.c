@@ -1,5 +1,5 @@
 /* Draw a scene from places around it: one PNG with alpha for each.
- * Arguments: a file of Gaussians (.ply, .splat, .spz), what the pictures' names begin with. */
+ * Arguments: a file of Gaussians (.ply, .spz, .sog, .glb...), what the pictures' names begin with. */
 #include <splat.h>
 #include <stdio.h>
 #include <stdlib.h>

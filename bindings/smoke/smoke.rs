@@ -62,6 +62,7 @@ fn scene() -> Result<Scene> {
         rotations: Some(&rotations),
         opacity_logits: Some(&opacity_logits),
         sh: Some(&sh),
+        ..Default::default()
     })
 }
 

@@ -115,11 +115,11 @@ SPLAT_API splat_result splat_fit_open(splat_device device, const splat_fit_desc*
  *   SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_fit_scene(splat_run run, splat_scene* scene);
 
-/* Score any scene on the photographs that a fit of `desc` holds out, as that fit scores itself: a run without a
- * folder. Its events are one SPLAT_EVENT_VALIDATED_PIECE for each photograph, with name, both images and the numbers
- * "val_psnr" (dB) and "val_ssim"; SPLAT_EVENT_VALIDATION with their means, "val_views" and "gaussians"; and
- * SPLAT_EVENT_DONE. The drawn image is cut to 0 to 1, and only the pixels count that the lens and the mask leave;
- * `truths` is 0 elsewhere.
+/* Score any scene on the photographs that a fit of `desc` holds out, as that fit scores itself, drawn as the scene's
+ * file says (splat_scene_info.drawn_as): a run without a folder. Its events are one SPLAT_EVENT_VALIDATED_PIECE for
+ * each photograph, with name, both images and the numbers "val_psnr" (dB) and "val_ssim"; SPLAT_EVENT_VALIDATION with
+ * their means, "val_views" and "gaussians"; and SPLAT_EVENT_DONE. The drawn image is cut to 0 to 1, and only the
+ * pixels count that the lens and the mask leave; `truths` is 0 elsewhere.
  * desc      data, masks, downscale, test_every, cameras, SPLAT_FIT_WHITE_BACKGROUND and SPLAT_FIT_ALL_PHOTOS, which
  *           scores all photographs; the rest is not read
  * scene     in the frame and units of the cameras

@@ -55,7 +55,13 @@ enum {
     SPLAT_RASTERIZER_NORMALS = 1u << 8,         /* output NORMALS */
     SPLAT_RASTERIZER_GRAD_INTRINSICS = 1u << 9, /* fx, fy, cx, cy; implies GRAD_POSE */
     SPLAT_RASTERIZER_CONTRIBUTIONS = 1u << 10,  /* contributions of a backward call; implies it */
-    SPLAT_RASTERIZER_IDS = 1u << 11             /* output IDS; implies DEPTH */
+    SPLAT_RASTERIZER_IDS = 1u << 11,            /* output IDS; implies DEPTH */
+    /* blend by the distance of a mean to the camera, not by its depth; outputs of depth stay z */
+    SPLAT_RASTERIZER_SORT_BY_DISTANCE = 1u << 12,
+    SPLAT_RASTERIZER_CUT_3_SIGMA = 1u << 13, /* alpha is 0 beyond 3 sigma of the dilated ellipse */
+    /* colours are linear: `background` is sRGB and made linear, splat_rasterizer_read_images converts RGB to
+     * sRGB (IEC 61966-2-1); tensors, splat_rasterizer_read and gradients stay linear */
+    SPLAT_RASTERIZER_LINEAR_COLORS = 1u << 14
 };
 
 /* Work that is skipped because it does not change the image. Gaussians that a convention culls (see
@@ -78,7 +84,9 @@ typedef struct splat_rasterizer_desc {
     uint32_t struct_size;
     uint32_t flags;     /* SPLAT_RASTERIZER_ bits */
     const void* next;   /* NULL */
-    uint32_t gaussians; /* N, most Gaussians of a call; >= 0 */
+    /* N, most Gaussians of a call; >= 0. A scene of more than the device takes at a time is drawn in bands of
+     * the image, with the same pixels: one view a call, without gradients, ids and outputs [V,N,...] */
+    uint32_t gaussians;
     /* V, most cameras of a call; 0: any number. The memory is then for one, and a call with more
      * cameras than any before makes it anew, for which both must fit for a moment */
     uint32_t views;
@@ -150,9 +158,10 @@ SPLAT_API splat_result splat_raster_state_create(splat_rasterizer rasterizer,
 SPLAT_API splat_result splat_raster_state_destroy(splat_raster_state state);
 
 /* Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are not
- * finite or have no extent are left out. A scene keeps its packed copy on the device for later
- * calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer
- * and device are destroyed earlier.
+ * finite or have no extent are left out. It is drawn as the rasterizer's flags say; a warning is logged, once
+ * for a scene, if splat_scene_info.drawn_as has bits that they lack. A scene keeps its packed copy on the device
+ * for later calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer and
+ * device are destroyed earlier.
  * state           of this rasterizer; NULL: its own
  * scene           n <= N Gaussians; bands beyond the rasterizer's degree are ignored
  * cameras         `count` = v <= V cameras of 1 x 1 to W x H pixels; may be NULL for 0
@@ -228,7 +237,8 @@ SPLAT_API splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_
                                              splat_output output, float* values, size_t bytes);
 
 /* Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once. 8 bits are 255 v
- * rounded and clamped, as in the files of splat_image_save.
+ * rounded and clamped, as in the files of splat_image_save. Linear colours become sRGB, of any type of pixels
+ * (SPLAT_RASTERIZER_LINEAR_COLORS).
  * first     the first view
  * images    out, `count` images of W x H pixels: as many channels as the output, or for RGB four,
  *           of which the last is alpha (the colours stay over the background); untouched on error
@@ -324,15 +334,18 @@ SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
 /* How a scene is drawn; 0 is the default. */
 typedef struct splat_scene_render_desc {
     uint32_t struct_size;
-    uint32_t flags;              /* SPLAT_RASTERIZER_ANTIALIASED */
+    /* SPLAT_RASTERIZER_ANTIALIASED, SPLAT_RASTERIZER_SORT_BY_DISTANCE, SPLAT_RASTERIZER_CUT_3_SIGMA,
+     * SPLAT_RASTERIZER_LINEAR_COLORS, besides those that splat_scene_info.drawn_as has */
+    uint32_t flags;
     const void* next;            /* NULL */
     splat_output output;         /* one of pixels; 0 = SPLAT_OUTPUT_RGB */
     splat_convention convention; /* 0 = SPLAT_CONVENTION_3DGS */
-    float background[3];         /* RGB */
-    uint32_t reserved;
+    float background[3];         /* RGB, as in the images: sRGB where colours are linear */
+    uint32_t as_given;           /* 1: flags alone decide, not drawn_as; 0: both */
 } splat_scene_render_desc;
 
-/* Draw views of a scene, with all its bands, into images, one after the other. It makes a rasterizer
+/* Draw views of a scene, with all its bands and as its file says (splat_scene_info.drawn_as), into images,
+ * one after the other; linear colours become sRGB. It makes a rasterizer
  * for the call: a program that draws again and again keeps one. Thread-safe.
  * device    NULL: the best one, opened for the call, which takes longer than to draw
  * cameras   `count`, each of its own size; may be NULL for 0

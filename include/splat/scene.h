@@ -27,13 +27,22 @@ extern "C" {
  *   "rotations" [n,4] w, x, y, z          "opacity_logits" [n] or activated "opacities" [n], 0 to 1
  *   "sh" [n,K,3] constant term first; colour = max(0, 0.5 + sum sh_k Y_k(direction)) */
 
+/* What the file of a scene says of drawing it, where formats differ. Values are those of SPLAT_RASTERIZER_:
+ * a rasterizer draws a scene so if these bits are among its flags. */
+enum {
+    SPLAT_DRAWN_ANTIALIASED = 1u << 1, /* opacities compensate for the dilation (Mip-Splatting) */
+    SPLAT_DRAWN_BY_DISTANCE = 1u << 12,  /* blended by the distance to the camera, not by depth */
+    SPLAT_DRAWN_CUT_3_SIGMA = 1u << 13,  /* a Gaussian ends at 3 sigma */
+    SPLAT_DRAWN_LINEAR_COLORS = 1u << 14 /* colours are blended linear, then converted to sRGB */
+};
+
 typedef struct splat_scene_desc {
     uint32_t struct_size;
     uint32_t flags;     /* 0 */
     const void* next;   /* NULL */
     uint64_t count;     /* Gaussians; 0 makes an empty scene */
     uint32_t sh_degree; /* 0 to 3 */
-    uint32_t reserved;
+    uint32_t drawn_as;  /* SPLAT_DRAWN_ bits */
     /* arrays as above, copied; NULL: zeros (rotations: 1, 0, 0, 0) */
     const float* means;
     const float* log_scales;
@@ -59,9 +68,13 @@ SPLAT_API splat_result splat_scene_create(const splat_scene_desc* desc, splat_sc
 typedef int32_t splat_scene_format;
 enum {
     SPLAT_SCENE_PLY = 1,            /* 3DGS, ascii or binary, properties in any order */
-    SPLAT_SCENE_COMPRESSED_PLY = 2, /* read only */
+    SPLAT_SCENE_COMPRESSED_PLY = 2, /* SuperSplat's quantised chunks of 256; named .compressed.ply */
     SPLAT_SCENE_SPLAT = 3,          /* 8-bit colours, no higher SH bands */
-    SPLAT_SCENE_SPZ = 4             /* quantised; versions 1 to 4 are read, 3 and 4 written */
+    SPLAT_SCENE_SPZ = 4,            /* quantised; versions 1 to 4 are read, 3 and 4 written */
+    SPLAT_SCENE_KSPLAT = 5,         /* files of GaussianSplats3D, SH bands up to 2; read only */
+    SPLAT_SCENE_SOG = 6,            /* quantised, in another order; versions 1 and 2 are read, 2 written */
+    SPLAT_SCENE_GLTF = 7,           /* glTF with KHR_gaussian_splatting; written as one file */
+    SPLAT_SCENE_GLB = 8             /* glTF as one binary file */
 };
 
 /* JSON array of all formats of scene files: {"name" (of reports), "id" (SPLAT_SCENE_), "extension",
@@ -74,7 +87,7 @@ typedef int32_t splat_frame;
 enum {
     SPLAT_FRAME_RDF = 1, /* right, down, front: .ply, .splat, COLMAP, OpenCV; scenes in memory */
     SPLAT_FRAME_RUB = 2, /* right, up, back: .spz, OpenGL, three.js */
-    SPLAT_FRAME_LUF = 3, /* left, up, front */
+    SPLAT_FRAME_LUF = 3, /* left, up, front: .gltf, .glb */
     SPLAT_FRAME_RUF = 4, /* right, up, front: Unity */
     SPLAT_FRAME_LDB = 5, /* left, down, back */
     SPLAT_FRAME_RDB = 6, /* right, down, back */
@@ -87,8 +100,8 @@ enum {
 
 /* What is done with files that are not quite as they should be. */
 enum {
-    /* read .ply and .spz files with bytes that their header does not count, with a warning that they are
-     * left out, instead of refusing them */
+    /* read .ply, .spz, .ksplat and .glb files with bytes that their header does not count, with a warning that
+     * they are left out, instead of refusing them */
     SPLAT_SCENE_LENIENT = 1u << 0,
     /* write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not
      * hold, with the nearest ones, instead of refusing them */
@@ -109,6 +122,7 @@ typedef struct splat_scene_file_desc {
 } splat_scene_file_desc;
 
 /* Read a scene from a file.
+ * path      of a file; of the folder of a .sog file that is unpacked, or of its meta.json
  * desc      may be NULL for defaults
  * Returns SPLAT_OK, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
@@ -119,8 +133,17 @@ typedef struct splat_scene_file_desc {
 SPLAT_API splat_result splat_scene_load(const char* path, const splat_scene_file_desc* desc,
                                         splat_scene* scene);
 
+/* Tell how large the scene of a file is, from its head, to decide whether to read it.
+ * desc       may be NULL for defaults
+ * count      out, Gaussians
+ * sh_degree  out, of the spherical harmonics that splat_scene_load would read, 0 to 3
+ * Returns as splat_scene_load. */
+SPLAT_API splat_result splat_scene_peek(const char* path, const splat_scene_file_desc* desc,
+                                        uint64_t* count, uint32_t* sh_degree);
+
 /* Read a scene from the bytes of a file.
- * data      in, `bytes` bytes; .splat has no magic bytes, so desc.format must name it
+ * data      in, `bytes` bytes; .splat, .ksplat and .gltf have no magic bytes, so desc.format must name
+ *           them; a .gltf that names other files is refused
  * desc      may be NULL for defaults
  * Returns as splat_scene_load. */
 SPLAT_API splat_result splat_scene_load_memory(const void* data, size_t bytes,
@@ -128,7 +151,8 @@ SPLAT_API splat_result splat_scene_load_memory(const void* data, size_t bytes,
                                                splat_scene* scene);
 
 /* Report what was found in the scene's file. JSON: {"format", "version", "count", "sh_degree",
- * "frame", "ignored": [names], "non_finite_values", "bad_rotations"}; {} for a scene without file.
+ * "frame", "ignored": [names], "non_finite_values", "bad_rotations", "drawn_as": [those of
+ * "antialiased", "by distance", "3 sigma", "linear colours"]}; {} for a scene without file.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t capacity,
                                                size_t* needed);
@@ -191,6 +215,13 @@ SPLAT_API splat_result splat_scene_transform(splat_scene scene, const splat_simi
  * Returns as splat_scene_transform. */
 SPLAT_API splat_result splat_scene_crop(splat_scene scene, const double* low, const double* high);
 
+/* Keep the Gaussians whose mean lies in a sphere.
+ * center    in, exactly 3 doubles, scene units
+ * radius    scene units, >= 0; the surface belongs to the sphere
+ * Returns as splat_scene_transform. */
+SPLAT_API splat_result splat_scene_crop_sphere(splat_scene scene, const double* center,
+                                               double radius);
+
 /* What a filter does besides. */
 enum {
     /* drop NaN, infinities and rotations of length 0; an infinite logit is an opacity of 0 or 1 */
@@ -203,6 +234,11 @@ enum {
  * min_opacity  0 to 1
  * Returns as splat_scene_transform. */
 SPLAT_API splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_opacity);
+
+/* Change the degree of the spherical harmonics: bands above it are dropped, missing ones are zeros.
+ * sh_degree 0 (only the constant colour) to 3
+ * Returns as splat_scene_transform. */
+SPLAT_API splat_result splat_scene_set_sh_degree(splat_scene scene, uint32_t sh_degree);
 
 /* Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees; no
  * scenes make an empty one.
@@ -230,7 +266,25 @@ typedef struct splat_scene_info {
     uint64_t bad_rotations; /* rotations of length 0, or not finite */
     uint64_t degenerate;    /* Gaussians with a scale below 1e-12 */
     uint64_t invisible;     /* Gaussians of opacity below 1/255 */
+    uint64_t bytes;         /* bytes of all attributes in host memory */
+    uint64_t device_bytes;  /* bytes of the packed copy on a device that draws it; a rasterizer needs more besides */
+    /* about how many Gaussians lie one behind another: the sum of the areas pi s1 s2 of the 1-sigma ellipses over the
+     * two largest scales, over the mean face of the box of the middle 98 % of the finite means of each axis (without
+     * an area: over the median ellipse); infinite if a scale is; "fillRatio" of splat-transform 3 */
+    double fill_ratio;
+    double band_max;     /* largest magnitude of a finite coefficient above the constant one; 0: no colour depends on
+                            the direction */
+    uint64_t beyond_spz; /* Gaussians with a scale that .spz files do not hold: below exp(-10) or above exp(5.94) */
+    uint32_t drawn_as;      /* SPLAT_DRAWN_ bits; of merged scenes those of the first */
+    uint32_t reserved;      /* 0 */
 } splat_scene_info;
+
+/* Tell the size of a scene, without measuring it.
+ * count     out, Gaussians; may be NULL
+ * sh_degree  out, 0 to 3; may be NULL
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_scene_get_size(splat_scene scene, uint64_t* count,
+                                            uint32_t* sh_degree);
 
 /* Measure a scene.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,

@@ -24,6 +24,12 @@ float log2_weight(vec2 y) {
     return power;
 }
 
+// Opacity at a pixel, not limited. cut: a Gaussian ends at 3 sigma.
+float density(float opacity, float power, bool cut) {
+    precise float raw = opacity * exp2(power);
+    return cut && power < -kCutReach ? 0.0 : raw;
+}
+
 // A workgroup that walked a list of any length might run for seconds, and no device splits it. So one dispatch walks
 // the lists of at most `most` entries whole, and each further one `most` entries of the others, from entry `begin` on
 // (in_parts), forward from the first to the last, backward from the last to the first. What a pixel carries from part

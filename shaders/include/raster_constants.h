@@ -25,6 +25,7 @@ SPLAT_CONST_UINT kTileSize = 16u;  // pixels; part of the semantics of 3dgs
 SPLAT_CONST_FLOAT kAlphaMin = 0.00392156886f;         // 1/255: fainter is skipped
 SPLAT_CONST_FLOAT kAlphaMax = 0.99f;                  // denser is clamped
 SPLAT_CONST_FLOAT kTransmittanceMin = 0.0001f;        // a pixel stops before it would fall below
+SPLAT_CONST_FLOAT kCutReach = 6.49212769f;            // 3 sigma, if cut there: 9/2 log2(e)
 SPLAT_CONST_FLOAT kExpectedAlphaMin = 0.0000000001f;  // floor of the divisor of expected depth
 
 // Projection, both conventions.

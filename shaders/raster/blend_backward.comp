@@ -22,6 +22,7 @@ layout(constant_id = kBlendAbsoluteId) const bool kAbsolute = false;
 layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendContributionsId) const bool kContributions = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
+layout(constant_id = kBlendCutId) const bool kCut = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Slots { uint slots[]; };
@@ -72,7 +73,7 @@ void main() {
         const vec3 l = splats[item * 3 + 1].xyz;
         const vec4 color = vec4(splats[item * 3 + 2].xyz, a.w);
         const vec2 y = whitened_offset(a.xy, l, centre);
-        precise float raw = a.z * exp2(log2_weight(y));
+        precise float raw = density(a.z, log2_weight(y), kCut);
         precise float alpha = min(kAlphaMax, raw);
         alpha = alpha >= kAlphaMin && i < stop ? alpha : 0.0;
         if (alpha > 0.0) t /= 1.0 - alpha;

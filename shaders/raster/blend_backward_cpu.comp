@@ -26,6 +26,7 @@ layout(constant_id = kBlendStraightThroughId) const bool kStraightThrough = fals
 layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendContributionsId) const bool kContributions = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
+layout(constant_id = kBlendCutId) const bool kCut = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 UINTS(2, slots);
@@ -100,7 +101,7 @@ void blend_block(const int block, uint lane, Entry e, bool own, inout float reco
         precise float u = ux + e.l.y * qy;
         precise float w2 = e.l.z * qy;
         precise float power = -(u * u + w2 * w2);
-        precise float raw = e.a.z * exp2(power);
+        precise float raw = density(e.a.z, power, kCut);
         const float seen = raw >= kAlphaMin && e.place < stop[q] ? raw : 0.0;
         const bool clamped = seen > kAlphaMax;
         const float alpha = clamped ? kAlphaMax : seen;

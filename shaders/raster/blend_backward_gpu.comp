@@ -20,6 +20,7 @@ layout(constant_id = kBlendAbsoluteId) const bool kAbsolute = false;
 layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendContributionsId) const bool kContributions = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
+layout(constant_id = kBlendCutId) const bool kCut = false;
 layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
 layout(constant_id = kBlendMaxSubgroupsId) const uint kMaxSubgroups = 32;
@@ -88,7 +89,7 @@ bool walk_entry(uint entry, uint i, inout Pixel p) {
     const vec3 l = staged[3 * entry + 1].xyz;
     const vec4 color = vec4(staged[3 * entry + 2].xyz, a.w);
     const vec2 y = whitened_offset(a.xy, l, p.centre);
-    precise float raw = a.z * exp2(log2_weight(y));
+    precise float raw = density(a.z, log2_weight(y), kCut);
     precise float alpha = min(kAlphaMax, raw);
     alpha = alpha >= kAlphaMin && i < p.stop ? alpha : 0.0;
     if (kEarlyOut && kSkipBlocks && !subgroupAny(alpha > 0.0)) return false;

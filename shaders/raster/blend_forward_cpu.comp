@@ -24,6 +24,7 @@ layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
 layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendIdsId) const bool kIds = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
+layout(constant_id = kBlendCutId) const bool kCut = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 QUADS(2, normals);
@@ -185,7 +186,7 @@ void main() {
                 precise float u = ux + l.y * qy;
                 precise float v = l.z * qy;
                 precise float power = -(u * u + v * v);
-                precise float raw = o * exp2(power);
+                precise float raw = density(o, power, kCut);
                 blend(pixels[r], limit_alpha(raw), layer, stop_below);
             }
         }

@@ -16,6 +16,7 @@ layout(constant_id = kBlendNormalsId) const bool kNormals = false;
 layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendIdsId) const bool kIds = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
+layout(constant_id = kBlendCutId) const bool kCut = false;
 layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };

@@ -7,9 +7,9 @@
 // vec4 (coefficients [K,3] flattened), cameras [V][6] vec4 (rows of [R|t]; fx fy cx cy; limits of the
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
 // tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] uvec2
-// (bits of the depth, item), radii [V*N] vec2 (their bits), footprints [V*N] uvec2, stats
-// (include/params/tile_bin_params.h; kStatNotFinite starts as 0), background, active_tiles of call_views.glsl,
-// view_ranges.
+// (bits of the depth or, with kFlagSortByDistance, of the distance; item), radii [V*N] vec2 (their bits),
+// footprints [V*N] uvec2, stats (include/params/tile_bin_params.h; kStatNotFinite starts as 0), background,
+// active_tiles of call_views.glsl, view_ranges.
 // Specialisation: kDegree of the spherical harmonics, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -147,7 +147,8 @@ void main() {
     valid = valid && radius.x > 0.0 && radius.y > 0.0;
     const float half_size = is_set(kFlagGsplat) ? 0.0 : radius.x;
     vec4 a = valid ? vec4(mean, opacity, z) : vec4(0);
-    const vec4 b = valid ? vec4(kRootHalfLog2e * p.l, opacity_reach(opacity)) : vec4(1, 0, 1, 0);
+    const vec4 b =
+        valid ? vec4(kRootHalfLog2e * p.l, opacity_reach(opacity, kFlags)) : vec4(1, 0, 1, 0);
     uvec2 packed = uvec2(0);
     uint count = valid ? tile_count(a, b, half_size, view_index, size, packed) : 0u;
     vec3 color = vec3(0);
@@ -171,6 +172,7 @@ void main() {
     counts[item] = count;
     ST2(footprints, item, count > 0 ? packed : uvec2(0));
     const bool sorted = count > 0 || (valid && !is_set(kFlagCull));
-    ST2(keys, item, uvec2(sorted ? floatBitsToUint(z) : 0xFFFFFFFFu, item));
+    const float key = is_set(kFlagSortByDistance) ? length(g0.xyz - view.position) : z;
+    ST2(keys, item, uvec2(sorted ? floatBitsToUint(key) : 0xFFFFFFFFu, item));
     ST2(radii, item, floatBitsToUint(valid ? radius : vec2(0)));
 }

@@ -94,6 +94,7 @@ struct SceneObject {
     /// Hold the current Gaussians. To change them, hold `mutex`, or share it and hold `copies_mutex`.
     std::vector<std::shared_ptr<SceneCopy>> copies;
     ForkMutex copies_mutex;
+    std::atomic<bool> warned = false;  ///< about a rasterizer whose flags lack some of `drawn_as`
 };
 
 /// Gradients of one backward call, in the kernels' layout. The states of a rasterizer share them.
@@ -116,7 +117,9 @@ struct RasterStateObject : OfDevice {
     /// The Gaussians of a forward call from tensors; empty before the first such call.
     OnDevice<gaussians::GaussianSet> inputs{*this};
     OnDevice<std::unique_ptr<raster::Rasterizer>> rasterizer{*this};
-    bool any_views = false;                 ///< a call with more makes `rasterizer` anew
+    bool any_views = false;       ///< a call with more makes `rasterizer` anew
+    bool linear_colors = false;   ///< images are converted to sRGB
+    std::uint32_t gaussians = 0;  ///< most of a scene; more than the device takes: in bands
     Published<splat_rasterizer_info> info;  ///< describes the latest call
 
     /// Set `info`. The context's mutex is held.
@@ -126,8 +129,9 @@ struct RasterStateObject : OfDevice {
 /// The object behind splat_rasterizer.
 struct RasterizerObject : OfDevice {
     using OfDevice::OfDevice;
-    raster::RasterDesc desc;                           ///< capacities at first
-    bool any_views = false;                            ///< states grow with their calls
+    raster::RasterDesc desc;      ///< capacities at first
+    std::uint32_t gaussians = 0;  ///< see RasterStateObject, as for the next
+    bool any_views = false, linear_colors = false;
     std::shared_ptr<RasterGradients> gradients;        ///< without memory unless desc.backward
     std::shared_ptr<RasterStateObject> default_state;  ///< used by calls without a state
 };

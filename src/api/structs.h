@@ -55,5 +55,8 @@ inline constexpr std::size_t kFirstVersionBytes<splat_gaussians_desc> =
 template <>
 inline constexpr std::size_t kFirstVersionBytes<splat_device_info> = offsetof(splat_device_info,
                                                                               kernels_note);
+template <>
+inline constexpr std::size_t kFirstVersionBytes<splat_scene_info> = offsetof(splat_scene_info,
+                                                                             bytes);
 
 }  // namespace splat::api

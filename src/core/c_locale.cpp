@@ -2,21 +2,13 @@
 
 #include <cstdlib>
 
+#include "core/os/locale.h"
+
 namespace splat {
-namespace {
-
-/// 0 where the system has none; the locale of the thread then stays.
-locale_t c_locale() {
-    static const locale_t locale = ::newlocale(LC_ALL_MASK, "C", nullptr);
-    return locale;
-}
-
-}  // namespace
-
-CLocale::CLocale() : before_(::uselocale(c_locale())) {}
+CLocale::CLocale() : before_(os::take_c_locale()) {}
 
 CLocale::~CLocale() {
-    ::uselocale(before_);
+    os::give_locale_back(before_);
 }
 
 std::optional<double> decimal_number(const std::string& text) {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <locale.h>
-
 #include <optional>
 #include <string>
 
@@ -17,7 +15,7 @@ class CLocale : NoCopy {
     ~CLocale();
 
   private:
-    locale_t before_;
+    void* before_;
 };
 
 /// The number that the whole text is, as strtod reads it, with a decimal point whatever the host's locale.

@@ -1,19 +1,17 @@
 #include "core/environment.h"
 
-#include <dlfcn.h>
-
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
 #include "core/c_locale.h"
+#include "core/os/library.h"
+#include "core/os/path.h"
 
 namespace splat {
 
 std::optional<std::string> environment(const char* name) {
-    const char* value = std::getenv(name);
-    if (value == nullptr || *value == '\0') return std::nullopt;
-    return std::string(value);
+    auto value = os::variable(name);
+    return value && !value->empty() ? value : std::nullopt;
 }
 
 Result<double> environment_positive(const char* name, double fallback) {
@@ -28,22 +26,18 @@ Result<double> environment_positive(const char* name, double fallback) {
 
 std::optional<std::string> environment_folder(const char* name) {
     auto folder = environment(name);
-    return folder && folder->starts_with('/') ? folder : std::nullopt;
+    return folder && os::is_absolute(*folder) ? folder : std::nullopt;
 }
 
 std::optional<std::string> user_cache_folder() {
-    if (const auto cache = environment_folder("XDG_CACHE_HOME")) return *cache + "/libsplat";
-    if (const auto home = environment("HOME")) return *home + "/.cache/libsplat";
-    return std::nullopt;
+    const auto folder = os::cache_folder();
+    return folder ? std::optional(*folder + "/libsplat") : std::nullopt;
 }
 
 std::string library_folder() {
-    Dl_info info{};
-    if (dladdr(reinterpret_cast<const void*>(&library_folder), &info) == 0 ||
-        info.dli_fname == nullptr)
-        return "";
+    const std::string file = os::file_of_code();
     std::error_code none;
-    return std::filesystem::canonical(info.dli_fname, none).parent_path().string();
+    return file.empty() ? "" : std::filesystem::canonical(file, none).parent_path().string();
 }
 
 }  // namespace splat

@@ -18,7 +18,7 @@ Result<double> environment_positive(const char* name, double fallback);
 /// asks to ignore.
 std::optional<std::string> environment_folder(const char* name);
 
-/// `$XDG_CACHE_HOME/libsplat`, else `$HOME/.cache/libsplat`, else nothing.
+/// `$XDG_CACHE_HOME/libsplat`, else `$HOME/.cache/libsplat`, on Windows `%LOCALAPPDATA%/libsplat`, else nothing.
 std::optional<std::string> user_cache_folder();
 
 /// The folder of the shared library that this code is in, or of the program that has it inside; empty

@@ -1,11 +1,11 @@
 #include "core/fork.h"
 
-#include <pthread.h>
-
 #include <atomic>
 #include <chrono>
 #include <new>
 #include <thread>
+
+#include "core/os/process.h"
 
 namespace splat {
 namespace {
@@ -26,7 +26,7 @@ struct ForkLocks {
     /// Never destroyed: mutexes may live until the end of the process.
     static ForkLocks& all() {
         static ForkLocks* const instance = [] {
-            static_cast<void>(pthread_atfork(before, in_parent, after));
+            os::on_fork(before, in_parent, after);
             return new ForkLocks;
         }();
         return *instance;

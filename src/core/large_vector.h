@@ -18,6 +18,9 @@ void advise_large_pages(void* memory, std::size_t bytes);
 /// The same, and have the system fill all pages at once, for memory that is written completely.
 void populate_pages(void* memory, std::size_t bytes);
 
+/// Give the whole pages of memory back to the system: their contents are lost (on Linux the next access finds zeros).
+void discard_pages(void* memory, std::size_t bytes);
+
 /// Allocates blocks of 64 KiB or more with their pages filled. Elements created without a value are
 /// undefined, so that memory is written only once.
 template <class T>

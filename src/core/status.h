@@ -73,8 +73,15 @@ class [[nodiscard]] Result {
     std::optional<T> value_;
 };
 
+// mingw-w64 has two printf; C++ gets the one that knows %zu and %lld, as everywhere.
+#if defined(__MINGW32__)
+#define SPLAT_PRINTF gnu_printf
+#else
+#define SPLAT_PRINTF printf
+#endif
+
 /// printf into a std::string.
-[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
+[[gnu::format(SPLAT_PRINTF, 1, 2)]] std::string format(const char* pattern, ...);
 /// A number for %llu.
 constexpr unsigned long long llu(std::uint64_t number) {
     return number;
@@ -85,14 +92,14 @@ constexpr long long lld(std::int64_t number) {
 }
 
 /// An error with a formatted sentence.
-[[gnu::format(printf, 2, 3)]] Status error(Code code, const char* pattern, ...);
+[[gnu::format(SPLAT_PRINTF, 2, 3)]] Status error(Code code, const char* pattern, ...);
 
 /// The same of the most frequent codes: kInvalidArgument, kFormat, kUnsupported, kNotFound and kInvalidState.
-[[gnu::format(printf, 1, 2)]] Status invalid(const char* pattern, ...);
-[[gnu::format(printf, 1, 2)]] Status damaged(const char* pattern, ...);
-[[gnu::format(printf, 1, 2)]] Status unsupported(const char* pattern, ...);
-[[gnu::format(printf, 1, 2)]] Status not_found(const char* pattern, ...);
-[[gnu::format(printf, 1, 2)]] Status bad_state(const char* pattern, ...);
+[[gnu::format(SPLAT_PRINTF, 1, 2)]] Status invalid(const char* pattern, ...);
+[[gnu::format(SPLAT_PRINTF, 1, 2)]] Status damaged(const char* pattern, ...);
+[[gnu::format(SPLAT_PRINTF, 1, 2)]] Status unsupported(const char* pattern, ...);
+[[gnu::format(SPLAT_PRINTF, 1, 2)]] Status not_found(const char* pattern, ...);
+[[gnu::format(SPLAT_PRINTF, 1, 2)]] Status bad_state(const char* pattern, ...);
 
 /// Called by SPLAT_ASSERT: logs and aborts. A failed assertion is a defect of the library, never
 /// bad input.

@@ -91,7 +91,7 @@ Result<fs::path> category_folder(const ReaderDesc& desc) {
                        : Code::kNotFound,
         "'%s' and its folders hold %zu files %s/camera_Rs.npz, expected one: give the path of one "
         "category",
-        path.c_str(), found.size(), split.c_str());
+        path.string().c_str(), found.size(), split.c_str());
     return there ? status : no_split(desc, status);
 }
 
@@ -111,7 +111,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
             SPLAT_SET(excluded, load_excluded_sequences(desc_.excluded_file));
         SPLAT_ASSIGN(const fs::path category, category_folder(desc_));
         const fs::path root = category / desc_.split;
-        index_.files = {root / "camera_Rs.npz", root / "camera_Ts.npz"};
+        index_.files = {(root / "camera_Rs.npz").string(), (root / "camera_Ts.npz").string()};
         SPLAT_ASSIGN(rotations_, load_npz(root / "camera_Rs.npz"));
         SPLAT_ASSIGN(translations_, load_npz(root / "camera_Ts.npz"));
         SPLAT_ASSIGN(const std::vector<std::string> names, objects_of(root));
@@ -127,7 +127,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
         if (objects_.empty()) {
             const Status status =
                 not_found("'%s' holds no folder with focal_lengths.npy besides %u excluded ones",
-                          root.c_str(), index_.excluded);
+                          root.string().c_str(), index_.excluded);
             return index_.excluded > 0 ? status : no_split(desc_, status);
         }
         return index_.find_resolution(*this, desc_.lenient);
@@ -215,7 +215,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
             FrameArray& array = sequence.arrays[static_cast<std::size_t>(kind)];
             array.path = (folder / files[static_cast<std::size_t>(kind)]).string();
             array.channels = channels_of(kind);
-            if (kind != MapKind::kRgb && !has(fs::path(array.path).stem().c_str())) {
+            if (kind != MapKind::kRgb && !has(fs::path(array.path).stem().string().c_str())) {
                 lacking.push_back(kind);
                 continue;
             }

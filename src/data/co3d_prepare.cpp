@@ -44,12 +44,13 @@ Result<PreparedFrame> read_frame(const Co3dPreparation& preparation, const RawFr
     SPLAT_ASSIGN(const io::Image mask, load_bytes(mask_path, {}));
     const auto check = [&frame](const io::Image& found, const fs::path& path) {
         if (found.width == frame.width && found.height == frame.height) return Status();
-        return damaged("'%s': %u x %u pixels, its annotation has %u x %u", path.c_str(),
+        return damaged("'%s': %u x %u pixels, its annotation has %u x %u", path.string().c_str(),
                        found.width, found.height, frame.width, frame.height);
     };
     SPLAT_TRY(check(image, image_path));
     SPLAT_TRY(check(mask, mask_path));
-    if (image.channels < 3) return damaged("'%s': an image without colours", image_path.c_str());
+    if (image.channels < 3)
+        return damaged("'%s': an image without colours", image_path.string().c_str());
     const Planes probability = planes_of(mask);
     SPLAT_ASSIGN(const auto box,
                  in_file(crop_box(frame.box ? *frame.box : foreground_box(probability), frame.width,
@@ -166,7 +167,7 @@ Status check_manifest(const Co3dPreparation& preparation, const fs::path& root) 
         return invalid(
             "'%s' holds sequences, but no prepared.json that tells with which values they "
             "were made, as of an earlier version: use another folder, or remove them",
-            root.c_str());
+            root.string().c_str());
     }
     SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxManifestBytes));
     const std::string found(io::as_text(file));
@@ -174,7 +175,7 @@ Status check_manifest(const Co3dPreparation& preparation, const fs::path& root) 
     return invalid(
         "'%s' holds sequences made with other values: %sexpected: %suse another folder, "
         "or the same values to add sequences",
-        root.c_str(), found.c_str(), expected.c_str());
+        root.string().c_str(), found.c_str(), expected.c_str());
 }
 
 }  // namespace

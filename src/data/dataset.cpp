@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <climits>
 #include <filesystem>
 
 #include "core/log.h"
+#include "core/os/path.h"
 #include "core/shown.h"
 #include "data/folder.h"
 #include "data/formats.h"
@@ -49,7 +49,7 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
     }
     SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(desc.path));
     if (kind == io::PathKind::kNothing)
-        return not_found("there is no folder '%s'", shown(desc.path, PATH_MAX).c_str());
+        return not_found("there is no folder '%s'", shown(desc.path, os::kLongestPath).c_str());
     Status unreadable;  // by one format; another may not ask for that
     for (const Format& format : kFormats) {
         if (kind != io::PathKind::kFolder) break;
@@ -61,9 +61,9 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
     const std::string lack = kind == io::PathKind::kFolder ? lack_of_cameras(desc.path) : "";
     if (!lack.empty())
         return damaged("'%s' is not a data set of a known format: %s",
-                       shown(desc.path, PATH_MAX).c_str(), lack.c_str());
+                       shown(desc.path, os::kLongestPath).c_str(), lack.c_str());
     return damaged("'%s' is not a data set of a known format (%s); if it is one, name its format",
-                   shown(desc.path, PATH_MAX).c_str(), format_names().c_str());
+                   shown(desc.path, os::kLongestPath).c_str(), format_names().c_str());
 }
 
 std::string map_list(std::uint32_t maps) {

@@ -1,7 +1,5 @@
 #include "data/dataset_export.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <numeric>
@@ -9,6 +7,7 @@
 
 #include "core/log.h"
 #include "core/number_in.h"
+#include "core/os/file.h"
 #include "data/export_rows.h"
 #include "data/folder.h"
 #include "data/formats.h"
@@ -43,11 +42,11 @@ Status check_export(const Dataset& dataset, const ExportDesc& desc) {
 
 /// A name, the file's bytes and the time of its last change.
 std::string stamp_of(const std::string& name, const fs::path& file) {
-    struct stat info {};
-    const bool known = ::stat(file.c_str(), &info) == 0;
-    const auto second = lld(info.st_mtim.tv_sec);
-    return format("%s %lld %lld %lld\n", name.c_str(), known ? lld(info.st_size) : -1LL, second,
-                  lld(info.st_mtim.tv_nsec));
+    constexpr std::int64_t kSecond = 1'000'000'000;
+    os::FileInfo info;
+    const bool known = os::examine(file.string(), info) == 0;
+    return format("%s %lld %lld %lld\n", name.c_str(), known ? lld(info.bytes) : -1LL,
+                  lld(info.changed_ns / kSecond), lld(info.changed_ns % kSecond));
 }
 
 /// The stamps of all files in a folder and those below, in the order of their names; without hidden ones, and those
@@ -66,7 +65,7 @@ Result<std::string> stamps_below(const fs::path& folder, const fs::path& out) {
             stamps.push_back(stamp_of(path.lexically_relative(folder).string(), path));
         }
     }
-    if (failed) return io::system_error(failed.value(), "list the folder", folder.string());
+    if (failed) return io::system_error(failed, "list the folder", folder.string());
     std::ranges::sort(stamps);
     return std::accumulate(stamps.begin(), stamps.end(), std::string());
 }

@@ -43,7 +43,7 @@ Status as_damage(const Status& status) {
 
 Status check_link(io::PathKind kind, const fs::path& path) {
     if (kind != io::PathKind::kBrokenLink) return {};
-    return damaged("'%s' is a link to what does not exist", path.c_str());
+    return damaged("'%s' is a link to what does not exist", path.string().c_str());
 }
 
 Status check_split(const std::string& split) {

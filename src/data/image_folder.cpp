@@ -29,7 +29,7 @@ Result<std::string> image_path(const fs::path& folder, const std::string& name) 
             SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
             if (is_there) return path.string();
         }
-    return not_found("'%s': there is no image '%s', here or in images/", folder.c_str(),
+    return not_found("'%s': there is no image '%s', here or in images/", folder.string().c_str(),
                      shown(name).c_str());
 }
 
@@ -170,8 +170,8 @@ Result<std::array<std::string, 4>> named_maps(const fs::path& folder, const io::
         const fs::path path = folder / *name;
         SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
         if (!is_there)
-            return not_found("'%s': there is no %s map '%s'", folder.c_str(), map_name(kind),
-                             shown(*name).c_str());
+            return not_found("'%s': there is no %s map '%s'", folder.string().c_str(),
+                             map_name(kind), shown(*name).c_str());
         paths[static_cast<std::size_t>(kind)] = path.string();
     }
     return paths;
@@ -285,7 +285,7 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
             return no_split(desc_,
                             not_found("'%s' holds neither transforms.json nor transforms_%s.json "
                                       "nor a COLMAP model",
-                                      root.c_str(), desc_.split.c_str()));
+                                      root.string().c_str(), desc_.split.c_str()));
         if (!index_.has_splits) find_splits(with_cameras);
         for (const fs::path& folder : folders) {
             if (is_full()) break;
@@ -294,8 +294,8 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         }
         for (const std::string& name : of_other_splits_) std::erase(index_.others, name);
         if (objects_.empty() && !of_other_splits_.empty())
-            return no_split(desc_, not_found("'%s' lists no frames as %s_filenames", root.c_str(),
-                                             desc_.split.c_str()));
+            return no_split(desc_, not_found("'%s' lists no frames as %s_filenames",
+                                             root.string().c_str(), desc_.split.c_str()));
         return index_.find_resolution(*this, desc_.lenient);
     }
 
@@ -331,7 +331,7 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         };
         SPLAT_ASSIGN(io::Image whole, load({.header_only = true}));
         if (whole.width != photo.width || whole.height != photo.height)
-            return damaged("'%s': %u x %u pixels, its camera has %u x %u", path.c_str(),
+            return damaged("'%s': %u x %u pixels, its camera has %u x %u", path.string().c_str(),
                            whole.width, whole.height, photo.width, photo.height);
         io::Image square{photo.side, photo.side, whole.channels, 8, {}};
         if (header_only) return square;
@@ -370,7 +370,7 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         if (!is_posed && !is_pictured) return false;
         if (!is_posed)
             return damaged("'%s' has pictures, but neither transforms.json nor a COLMAP model",
-                           folder.c_str());
+                           folder.string().c_str());
         SPLAT_ASSIGN(const io::CameraSet set, load_cameras(folder, desc_.split));
         if (!set.splits.empty()) index_.has_splits = true;
         const auto own = set.splits.find(desc_.split);
@@ -437,7 +437,7 @@ std::string lack_of_cameras(const std::string& path) {
                 "transforms.json (as NeRF's), or a COLMAP model (cameras.bin and images.bin, or "
                 "as .txt; also in sparse/0 or sparse), beside them or beside images/. COLMAP finds "
                 "the cameras of photographs of one scene; docs/your-data.md has the commands",
-                place.c_str(), pictures.value().size());
+                place.string().c_str(), pictures.value().size());
     }
     for (const fs::path& place : places) {
         const auto entries = io::entries_in(place.string());

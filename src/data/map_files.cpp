@@ -260,7 +260,7 @@ Status find_map_files(const fs::path& folder, const std::vector<std::string>& st
         const Status same = twin == found.end()
                                 ? check_same(folder.string(), map_name(kind), expected, found)
                                 : damaged("'%s': two files are the %s of view '%s'; remove one",
-                                          folder.c_str(), map_name(kind), twin->c_str());
+                                          folder.string().c_str(), map_name(kind), twin->c_str());
         if (!same.ok() && !lenient) return same;
         if (!same.ok()) index.problems.back().push_back(same.message());
     }
@@ -286,7 +286,8 @@ Result<fs::path> map_file(const fs::path& folder, MapKind kind, const std::strin
         }
     }
     if (!by_name.empty()) return by_name;
-    return not_found("'%s' has no map '%s'", (folder / map_name(kind)).c_str(), stem.c_str());
+    return not_found("'%s' has no map '%s'", (folder / map_name(kind)).string().c_str(),
+                     stem.c_str());
 }
 
 Result<io::Image> load_map(const fs::path& path, MapKind kind, const io::ImageOptions& options,

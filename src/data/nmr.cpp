@@ -104,7 +104,8 @@ class NmrReader : public FilesReader {
              objects_.empty() ? std::vector<std::string>() : without) {
             const fs::path list = list_path(fs::path(desc_.path) / category, desc_.split);
             SPLAT_TRY(take(category, list.parent_path(), [&list] {
-                return damaged("there is no '%s', which other categories have", list.c_str());
+                return damaged("there is no '%s', which other categories have",
+                               list.string().c_str());
             }));
         }
         return {};
@@ -115,14 +116,14 @@ class NmrReader : public FilesReader {
         SPLAT_TRY(as_damage(file.status()));
         const std::string_view text = io::as_text(file.value());
         if (text.find_first_not_of("\r\n") == std::string_view::npos)
-            return damaged("'%s' names no object", list.c_str());
+            return damaged("'%s' names no object", list.string().c_str());
         for (std::size_t at = 0; at < text.size();) {
             const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
             const std::string name(text.substr(at, end - at));
             at = end + 1;
             if (name.empty() || is_full()) continue;
             if (!is_folder_name(name))
-                return damaged("'%s': '%s' is not the name of a folder", list.c_str(),
+                return damaged("'%s': '%s' is not the name of a folder", list.string().c_str(),
                                shown(name).c_str());
             SPLAT_TRY(take_object(category, name));
         }
@@ -153,7 +154,7 @@ class NmrReader : public FilesReader {
 
     Result<bool> add_object(const fs::path& folder, const std::string& name) {
         SPLAT_ASSIGN(const bool has_cameras, io::has_file((folder / "cameras.npz").string()));
-        if (!has_cameras) return damaged("'%s' has no cameras.npz", folder.c_str());
+        if (!has_cameras) return damaged("'%s' has no cameras.npz", folder.string().c_str());
         SPLAT_ASSIGN(const std::vector<std::string> images, images_in(folder / "image"));
         return add(folder, name, {images, images}, "image/", "");
     }

@@ -95,7 +95,7 @@ class PhotoLoader {
         SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(folder_.string()));
         if (kind != io::PathKind::kFolder)
             return not_found("'%s' is no folder, expected one of photographs with cameras",
-                             folder_.c_str());
+                             folder_.string().c_str());
         std::string model;
         if (options_.cameras != Cameras::kTransforms)
             SPLAT_SET(model, io::find_colmap(folder_.string()));
@@ -120,7 +120,7 @@ class PhotoLoader {
             listed_.push_back({set.cameras[i], set.lenses[i], {}, {}, false});
         SPLAT_ASSIGN(points_, io::load_colmap_points(folder_.string()));
         notice(format("the cameras are those of the COLMAP model '%s'%s",
-                      fs::path(model).lexically_relative(folder_).c_str(),
+                      fs::path(model).lexically_relative(folder_).string().c_str(),
                       has_transforms ? "; transforms.json is not read" : ""));
         return {};
     }
@@ -145,7 +145,7 @@ class PhotoLoader {
 
     Status use_transforms(const fs::path& file) {
         SPLAT_ASSIGN(const io::CameraSet set, add_transforms(file));
-        notice(format("the cameras are those of '%s'", file.filename().c_str()));
+        notice(format("the cameras are those of '%s'", file.filename().string().c_str()));
         const auto names = [&set](const char* split) {
             const auto found = set.splits.find(split);
             return found == set.splits.end()
@@ -159,7 +159,7 @@ class PhotoLoader {
         all.insert(test.begin(), test.end());
         for (const ListedPhoto& photo : listed_) all.erase(photo.camera.name);
         if (!all.empty())
-            return damaged("'%s': a split names '%s', which no frame has", file.c_str(),
+            return damaged("'%s': a split names '%s', which no frame has", file.string().c_str(),
                            shown(*all.begin()).c_str());
         for (ListedPhoto& photo : listed_) photo.held_out = test.contains(photo.camera.name);
         const std::size_t others = std::erase_if(listed_, [&](const ListedPhoto& photo) {
@@ -176,10 +176,11 @@ class PhotoLoader {
         const std::size_t fitted = listed_.size();
         if (files.size() > 1) SPLAT_TRY(add_transforms(files.back()).status());
         for (std::size_t i = fitted; i < listed_.size(); ++i) listed_[i].held_out = true;
-        notice(format("the cameras are those of '%s'%s", files.front().filename().c_str(),
-                      files.size() > 1
-                          ? format(", and to score '%s'", files.back().filename().c_str()).c_str()
-                          : ""));
+        notice(format(
+            "the cameras are those of '%s'%s", files.front().filename().string().c_str(),
+            files.size() > 1
+                ? format(", and to score '%s'", files.back().filename().string().c_str()).c_str()
+                : ""));
         return {};
     }
 
@@ -209,7 +210,7 @@ class PhotoLoader {
         return invalid(
             "'%s': %td of %zu photographs are left to fit, expected at least 2, better 20 or more "
             "from all around%s",
-            folder_.c_str(), fitted, listed_.size(),
+            folder_.string().c_str(), fitted, listed_.size(),
             fitted < std::ssize(listed_) ? "; hold none out to fit them all" : "");
     }
 
@@ -249,7 +250,8 @@ class PhotoLoader {
             return not_found(
                 "'%s': %zu of %zu photographs are missing, such as '%s', here or in images/; put "
                 "them there under the names that the cameras have",
-                folder_.c_str(), missing.size(), listed_.size(), shown(missing[0]).c_str());
+                folder_.string().c_str(), missing.size(), listed_.size(),
+                shown(missing[0]).c_str());
         SPLAT_ASSIGN(std::vector<std::string> others, images_in(folder_ / "images"));
         std::erase_if(others, [&used](const std::string& name) { return used.contains(name); });
         if (!others.empty())
@@ -342,7 +344,7 @@ class PhotoLoader {
             return damaged(
                 "'%s': %s; masks leave out where they are 0, transparent pictures where "
                 "they are not opaque",
-                folder_.c_str(), lack.c_str());
+                folder_.string().c_str(), lack.c_str());
         notice(lack + ", and are left out");
         return {};
     }
@@ -363,7 +365,7 @@ class PhotoLoader {
         });
         if (are_equal || plain == std::ssize(photos))
             return damaged("'%s': all %zu photographs %s, so that no scene can be found by them",
-                           folder_.c_str(), photos.size(),
+                           folder_.string().c_str(), photos.size(),
                            are_equal ? "are equal" : "have one colour alone");
         if (plain > 0)
             notice(format("%td of %zu photographs have one colour alone, such as '%s'", plain,

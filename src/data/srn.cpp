@@ -55,7 +55,7 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     const std::string wanted = "srn_" + desc.category.substr(0, desc.category.find("_priors"));
     const bool chosen = std::ranges::find(categories, wanted) != categories.end();
     if (categories.size() > 1 && !chosen)
-        return invalid("'%s' holds %s; give the path of one of them", folder.c_str(),
+        return invalid("'%s' holds %s; give the path of one of them", folder.string().c_str(),
                        list_of(categories).c_str());
     if (!categories.empty()) {
         folder /= chosen ? wanted : categories.front();
@@ -66,11 +66,11 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     for (const std::string& name : splits)
         if (name.substr(name.rfind('_') + 1) == desc.split) found.push_back(name);
     if (found.empty())
-        return no_split(desc,
-                        not_found("'%s' has no folder <category>_%s; folders of splits: %s",
-                                  folder.c_str(), desc.split.c_str(), list_of(splits).c_str()));
+        return no_split(
+            desc, not_found("'%s' has no folder <category>_%s; folders of splits: %s",
+                            folder.string().c_str(), desc.split.c_str(), list_of(splits).c_str()));
     if (found.size() > 1)
-        return invalid("'%s' holds %s; give the path of one of them", folder.c_str(),
+        return invalid("'%s' holds %s; give the path of one of them", folder.string().c_str(),
                        list_of(found).c_str());
     folder /= found.front();
     SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(folder.string()));
@@ -82,7 +82,7 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
         SPLAT_ASSIGN(const bool is_below, has_srn_objects(folder / name));
         if (is_below) return folder / name;
     }
-    return damaged("'%s' holds no folder with intrinsics.txt", folder.c_str());
+    return damaged("'%s' holds no folder with intrinsics.txt", folder.string().c_str());
 }
 
 Result<std::string> text_of_file(const fs::path& path) {
@@ -148,7 +148,8 @@ class SrnReader : public FilesReader {
                 parts, [part](const io::FolderEntry& each) { return each.name == part; });
         };
         if (!has("rgb") && !has("pose") && !has("intrinsics.txt")) return false;
-        if (!has("intrinsics.txt")) return damaged("'%s' has no intrinsics.txt", folder.c_str());
+        if (!has("intrinsics.txt"))
+            return damaged("'%s' has no intrinsics.txt", folder.string().c_str());
         ViewNames names;
         SPLAT_ASSIGN(names.cameras, stems_in(folder / "pose", ".txt"));
         SPLAT_ASSIGN(names.images, stems_in(folder / "rgb", ".png"));

@@ -121,8 +121,9 @@ Result<std::unique_ptr<DatasetReader>> open_store(const ReaderDesc& desc) {
         SPLAT_ASSIGN(const bool is_other, has_store(name));
         if (is_other) splits += (splits.empty() ? "" : ", ") + name;
     }
-    return no_split(desc, not_found("'%s' has no store of the split %s; it has: %s", folder.c_str(),
-                                    desc.split.c_str(), splits.empty() ? "none" : splits.c_str()));
+    return no_split(
+        desc, not_found("'%s' has no store of the split %s; it has: %s", folder.string().c_str(),
+                        desc.split.c_str(), splits.empty() ? "none" : splits.c_str()));
 }
 
 std::string store_beside(const std::string& path, const std::string& split) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/log.h"
 #include "fit/first_gaussians.h"
 #include "fit/fit_task.h"
 #include "io/compress.h"
-#include "io/file.h"
 #include "io/scene_file.h"
 #include "scene/arrays.h"
 
@@ -76,12 +76,17 @@ Status FitTask::use_depth(std::span<const data::PosedPhoto> fitted, const Priors
 
 Status FitTask::use_scene() {
     const std::string& path = options_.init;
-    auto bytes = io::read_file(path);
-    if (bytes.status().code() == Code::kNotFound)
+    auto read = io::load_scene(path);
+    if (read.status().code() == Code::kNotFound)
         return not_found("init is '%s', expected points, depth, random or a file of a scene",
                          path.c_str());
-    SPLAT_TRY(bytes.status());
-    SPLAT_ASSIGN(io::LoadedScene loaded, io::read_scene(bytes.value(), path));
+    SPLAT_ASSIGN(io::LoadedScene loaded, std::move(read));
+    if (loaded.gaussians.drawn_as.linear_colors)
+        return unsupported("'%s' has linear colours, expected those of the display (sRGB)",
+                           path.c_str());
+    for (const std::string& name : scene::drawn_as_names(loaded.gaussians.drawn_as))
+        log(LogLevel::kWarning, format("'%s' is to be drawn with '%s', which a fit does not use",
+                                       path.c_str(), name.c_str()));
     if (loaded.gaussians.count() == 0 || loaded.report.non_finite_values > 0)
         return damaged(
             "'%s': %zu Gaussians, %llu values of which are not finite, expected finite "

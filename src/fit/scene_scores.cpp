@@ -8,6 +8,7 @@
 #include "fit/fitter.h"
 #include "scene/arrays.h"
 #include "scene/camera_pose.h"
+#include "scene/srgb.h"
 
 namespace splat::fit {
 namespace {
@@ -131,6 +132,10 @@ Result<std::unique_ptr<SceneScores>> SceneScores::open(std::shared_ptr<vk::Conte
     raster.sh_degree = scene.sh_degree;
     raster.convention = raster::Convention::kGsplat;
     raster.near_plane = static_cast<float>(frame.near_plane());
+    raster.antialiased = scene.drawn_as.antialiased;
+    raster.sort_by_distance = scene.drawn_as.by_distance;
+    raster.cut_3_sigma = scene.drawn_as.three_sigma;
+    made->linear_colors_ = scene.drawn_as.linear_colors;
     vk::Context& device = *made->context_;
     const std::lock_guard lock(device.mutex);
     SPLAT_TRY(device.mutex.check());
@@ -165,7 +170,10 @@ Result<std::vector<float>> SceneScores::draw(const scene::Camera& camera) {
     SPLAT_ASSIGN(const raster::PackedViews views,
                  raster::pack_views(raster_, {&camera, 1}, background_));
     SPLAT_TRY(rasterizer->forward(device_->set.views(), views));
-    return drawn_image(*context_, *rasterizer);
+    SPLAT_ASSIGN(std::vector<float> drawn, drawn_image(*context_, *rasterizer));
+    if (linear_colors_)
+        for (float& value : drawn) value = scene::srgb_of_linear(value);
+    return drawn;
 }
 
 Status SceneScores::score(run::Event& event) {

@@ -42,7 +42,8 @@ struct SceneScoresDesc {
     double border = 0;                ///< argument of score_photo()
 };
 
-/// Scores a scene on photographs that are held out, one a call, then their means, as a fit scores itself.
+/// Scores a scene on photographs that are held out, one a call, then their means, as a fit scores itself. The scene is
+/// drawn as its file says.
 ///
 /// Locks the context's mutex around each view.
 class SceneScores : public run::Work {
@@ -80,8 +81,9 @@ class SceneScores : public run::Work {
     const Interrupt& interrupt_;
     const std::uint64_t raised_before_ = interrupt_.count();
     std::unique_ptr<OnDevice> device_;
-    raster::RasterDesc raster_;  ///< but the size
-    std::array<float, 3> background_{};
+    raster::RasterDesc raster_;          ///< but the size
+    std::array<float, 3> background_{};  ///< 0 or 1, which are the same linear and in sRGB
+    bool linear_colors_ = false;         ///< images are converted to sRGB
     std::vector<data::PosedPhoto> photos_;
     run::Messages messages_;
     std::uint32_t piece_ = 0;  ///< the next one

@@ -5,6 +5,11 @@
 
 namespace splat::gaussians {
 
+/// Floats of a Gaussian besides its colours.
+inline constexpr std::uint32_t kGaussianFloats = 12;
+/// Place of the first scale among them.
+inline constexpr std::uint32_t kScaleAt = 4;
+
 /// What a set holds of each Gaussian, and how many at most.
 struct SetDesc {
     std::uint32_t gaussians = 0;
@@ -16,12 +21,11 @@ struct SetDesc {
         return direct_colors ? 3 : 3 * scene::sh_coefficients(sh_degree);
     }
     [[nodiscard]] std::uint32_t color_quads() const { return (color_floats() + 3) / 4; }
+    /// Bytes that the Gaussians take on a device.
+    [[nodiscard]] std::uint64_t bytes() const {
+        return std::uint64_t{4} * gaussians * (kGaussianFloats + 4 * color_quads());
+    }
 };
-
-/// Floats of a Gaussian besides its colours.
-inline constexpr std::uint32_t kGaussianFloats = 12;
-/// Place of the first scale among them.
-inline constexpr std::uint32_t kScaleAt = 4;
 
 /// The arrays of an activated set, or of its gradients, as kernels read them.
 struct SetViews {

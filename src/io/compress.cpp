@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "core/no_copy.h"
-
 namespace splat::io {
 namespace {
 
@@ -76,30 +74,6 @@ class Inflater : NoCopy {
     bool started_ = false;
     bool ended_ = false;
 };
-
-/// One call to deflate per kMaxPiece of input.
-Result<Buffer> deflate_all(Bytes bytes, int window) {
-    z_stream stream{};
-    if (deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, window, 8, Z_DEFAULT_STRATEGY) !=
-        Z_OK)
-        return error(Code::kOutOfHostMemory, "zlib did not start");
-    Buffer out;
-    Buffer piece(std::size_t{1} << 18U);
-    std::size_t used = 0;
-    int result = Z_OK;
-    while (result != Z_STREAM_END) {
-        const std::size_t fresh = std::min(bytes.size() - used, kMaxPiece);
-        stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(bytes.data() + used));
-        stream.avail_in = static_cast<uInt>(fresh);
-        stream.next_out = reinterpret_cast<Bytef*>(piece.data());
-        stream.avail_out = static_cast<uInt>(piece.size());
-        result = deflate(&stream, used + fresh == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
-        used += fresh - stream.avail_in;
-        put_bytes(out, Bytes(piece).first(piece.size() - stream.avail_out));
-    }
-    deflateEnd(&stream);
-    return out;
-}
 
 }  // namespace
 
@@ -171,8 +145,52 @@ Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what
     return out;
 }
 
+struct GzipSink::Stream {
+    z_stream z{};
+    Buffer piece = Buffer(std::size_t{1} << 18U);
+    bool started = false;
+};
+
+GzipSink::GzipSink(ByteSink& to) : stream_(std::make_unique<Stream>()), to_(to) {
+    stream_->started = deflateInit2(&stream_->z, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kGzipWindow, 8,
+                                    Z_DEFAULT_STRATEGY) == Z_OK;
+}
+
+GzipSink::~GzipSink() {
+    if (stream_->started) deflateEnd(&stream_->z);
+}
+
+Status GzipSink::pack(Bytes bytes, int flush) {
+    if (!stream_->started) return error(Code::kOutOfHostMemory, "zlib did not start");
+    z_stream& z = stream_->z;
+    Buffer& piece = stream_->piece;
+    z.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(bytes.data()));
+    z.avail_in = static_cast<uInt>(bytes.size());
+    do {
+        z.next_out = reinterpret_cast<Bytef*>(piece.data());
+        z.avail_out = static_cast<uInt>(piece.size());
+        static_cast<void>(deflate(&z, flush));
+        SPLAT_TRY(to_.put(Bytes(piece).first(piece.size() - z.avail_out)));
+    } while (z.avail_out == 0);
+    return {};
+}
+
+Status GzipSink::put(Bytes bytes) {
+    for (; !bytes.empty(); bytes = bytes.subspan(std::min(bytes.size(), kMaxPiece)))
+        SPLAT_TRY(pack(bytes.first(std::min(bytes.size(), kMaxPiece)), Z_NO_FLUSH));
+    return {};
+}
+
+Status GzipSink::finish() {
+    return pack({}, Z_FINISH);
+}
+
 Result<Buffer> gzip(Bytes bytes) {
-    return deflate_all(bytes, kGzipWindow);
+    BufferSink packed;
+    GzipSink sink(packed);
+    SPLAT_TRY(sink.put(bytes));
+    SPLAT_TRY(sink.finish());
+    return std::move(packed.file);
 }
 
 Result<Buffer> zstd(Bytes bytes) {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/status.h"
-#include "io/bytes.h"
+#include "io/file.h"
 
 namespace splat::io {
 
@@ -37,6 +37,24 @@ Status inflate_raw(Bytes packed, std::span<std::byte> out, const std::string& wh
 
 /// CRC-32 of zip and gzip: of `bytes` appended to bytes whose CRC is `before`.
 std::uint32_t crc32_of(Bytes bytes, std::uint32_t before = 0);
+
+/// Packs what is put into it, and puts that into another sink. Errors of put(): the other sink's, kOutOfHostMemory.
+class GzipSink : public ByteSink {
+  public:
+    explicit GzipSink(ByteSink& to);
+    ~GzipSink() override;
+
+    Status put(Bytes bytes) override;
+    /// Put the end of the stream; call it once, last.
+    Status finish();
+
+  private:
+    Status pack(Bytes bytes, int flush);
+
+    struct Stream;
+    std::unique_ptr<Stream> stream_;
+    ByteSink& to_;
+};
 
 /// Errors: kOutOfHostMemory.
 Result<Buffer> gzip(Bytes bytes);

@@ -1,20 +1,14 @@
 #include "io/file.h"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <atomic>
 #include <cctype>
 #include <cerrno>
-#include <climits>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include "core/fault.h"
+#include "core/os/memory.h"
+#include "core/os/path.h"
 #include "core/shown.h"
 
 namespace splat::io {
@@ -26,20 +20,19 @@ namespace {
 
 class Descriptor : NoCopy {
   public:
-    explicit Descriptor(int fd) : fd_(fd) {}
+    explicit Descriptor(os::Handle file) : file_(file) {}
     ~Descriptor() { static_cast<void>(release()); }
 
-    [[nodiscard]] int get() const { return fd_; }
+    [[nodiscard]] os::Handle get() const { return file_; }
 
     /// Closes now; -1 if the system reports a late write error.
     int release() {
-        const int fd = fd_;
-        fd_ = -1;
-        return fd < 0 ? 0 : ::close(fd);
+        const os::Handle file = std::exchange(file_, os::kNoHandle);
+        return file == os::kNoHandle ? 0 : os::close(file);
     }
 
   private:
-    int fd_;
+    os::Handle file_;
 };
 
 /// Removes the file at the end unless it was renamed.
@@ -47,7 +40,7 @@ struct Temporary {
     std::string path;
     bool kept = false;
     ~Temporary() {
-        if (!kept) std::remove(path.c_str());
+        if (!kept) os::remove(path);
     }
 };
 
@@ -55,73 +48,52 @@ Status failed(const char* doing, const std::string& path) {
     return system_error(errno, doing, path);
 }
 
-std::string folder_of(const std::string& path) {
-    const std::size_t slash = path.rfind('/');
-    if (slash == std::string::npos) return ".";
-    return slash == 0 ? "/" : path.substr(0, slash);
-}
-
-/// Flushes the new name with its folder. Some file systems cannot; the file is complete anyway.
-void flush_folder(const std::string& path) {
-    const Descriptor folder(::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (folder.get() >= 0) static_cast<void>(::fsync(folder.get()));
-}
-
 /// The file that `path` names behind symbolic links, which may not exist.
 std::string behind_links(const std::string& path) {
     constexpr int kMostLinks = 40;  // limit of Linux
-    std::filesystem::path target = path;
+    std::string target = path;
     std::error_code failed;
-    for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(target, failed); ++i)
-        target = target.parent_path() / std::filesystem::read_symlink(target, failed);
+    for (int i = 0; i < kMostLinks && os::is_link(target); ++i) {
+        const std::filesystem::path link = target;
+        target = (link.parent_path() / std::filesystem::read_symlink(link, failed)).string();
+    }
     return target;
 }
 
-/// Beside the target; shortened where the system does not take longer names.
-std::string temporary_name(const std::string& target) {
-    static std::atomic<unsigned> counter{0};
-    const std::string suffix =
-        "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp";
-    const std::size_t name = target.rfind('/') + 1;  // 0 without a folder
-    return target.substr(0, name + NAME_MAX - suffix.size()) + suffix;
-}
-
-/// Creates a file beside the target, or returns -1. A killed process of the same number, such as the first one of a
-/// container, may have left files of such names.
-int create_temporary(const std::string& target, std::string& path) {
+/// Creates a file beside the target, or returns kNoHandle. A killed process of the same number, such as the first one
+/// of a container, may have left files of such names.
+os::Handle create_temporary(const std::string& target, std::string& path) {
     constexpr int kMostLeft = 100'000;
-    int file = -1;
-    for (int i = 0; file < 0 && i < kMostLeft && (i == 0 || errno == EEXIST); ++i) {
-        path = temporary_name(target);
-        file = SPLAT_SYSTEM("io.create", EACCES,
-                            ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    os::Handle file = os::kNoHandle;
+    for (int i = 0; file == os::kNoHandle && i < kMostLeft && (i == 0 || errno == EEXIST); ++i) {
+        path = os::temporary_name(target);
+        file = SPLAT_SYSTEM("io.create", EACCES, os::open(path, os::Open::kCreate));
     }
     return file;
 }
 
 /// A regular file of at most `max_bytes`, opened for reading.
 Result<std::uint64_t> checked_size(const Descriptor& file, const std::string& path,
-                                   std::uint64_t max_bytes, struct stat& info) {
-    if (file.get() < 0) return failed("open", path);
-    if (::fstat(file.get(), &info) != 0) return failed("examine", path);
-    if (!S_ISREG(info.st_mode)) return error(Code::kIo, "'%s' is not a regular file", path.c_str());
-    const auto size = static_cast<std::uint64_t>(info.st_size);
-    if (size > max_bytes)
-        return unsupported("'%s' has %llu bytes, the limit is %llu", path.c_str(), llu(size),
+                                   std::uint64_t max_bytes, os::FileInfo& info) {
+    if (file.get() == os::kNoHandle) return failed("open", path);
+    if (os::examine(file.get(), info) != 0) return failed("examine", path);
+    if (info.kind != os::FileKind::kFile)
+        return error(Code::kIo, "'%s' is not a regular file", path.c_str());
+    if (info.bytes > max_bytes)
+        return unsupported("'%s' has %llu bytes, the limit is %llu", path.c_str(), llu(info.bytes),
                            llu(max_bytes));
-    return size;
+    return info.bytes;
 }
 
-/// Does not wait for the writer of a FIFO, which checked_size() refuses.
-int open_to_read(const std::string& path) {
-    return SPLAT_SYSTEM("io.open", ENOENT,
-                        ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+os::Handle open_to_read(const std::string& path) {
+    return SPLAT_SYSTEM("io.open", ENOENT, os::open(path, os::Open::kRead));
 }
 
-Status read_all(int fd, std::uint64_t offset, std::span<std::byte> to, const std::string& path) {
+Status read_all(os::Handle file, std::uint64_t offset, std::span<std::byte> to,
+                const std::string& path) {
     while (!to.empty()) {
-        const ssize_t got = SPLAT_SYSTEM(
-            "io.read", EIO, ::pread(fd, to.data(), to.size(), static_cast<off_t>(offset)));
+        const std::int64_t got =
+            SPLAT_SYSTEM("io.read", EIO, os::read(file, to.data(), to.size(), offset));
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) return failed("read", path);
         if (got == 0)
@@ -152,73 +124,70 @@ class OpenFile : public Source, public std::enable_shared_from_this<OpenFile> {
         SPLAT_TRY(check_range(size_, offset, to.size()));
         return read_all(file_.get(), offset, to, path_);
     }
-    [[nodiscard]] std::shared_ptr<const MappedFile> map() const override;
+    [[nodiscard]] std::shared_ptr<const MappedFile> map(bool ahead) const override;
     [[nodiscard]] Status unchanged() const {
-        struct stat now {};
-        if (::fstat(file_.get(), &now) != 0) return failed("examine", path_);
-        if (now.st_size == opened_.st_size && now.st_mtim.tv_sec == opened_.st_mtim.tv_sec &&
-            now.st_mtim.tv_nsec == opened_.st_mtim.tv_nsec)
-            return {};
+        os::FileInfo now;
+        if (os::examine(file_.get(), now) != 0) return failed("examine", path_);
+        if (now.bytes == opened_.bytes && now.changed_ns == opened_.changed_ns) return {};
         return error(Code::kIo,
                      "'%s' was written since it was opened; open it again, and let others replace "
                      "it instead of writing into it",
                      path_.c_str());
     }
-    [[nodiscard]] int descriptor() const { return file_.get(); }
+    [[nodiscard]] os::Handle handle() const { return file_.get(); }
 
   private:
     std::string path_;
     Descriptor file_;
     bool mappable_;
     std::uint64_t size_ = 0;
-    struct stat opened_ {};
+    os::FileInfo opened_;
 };
 
 class Mapping : public MappedFile {
   public:
     explicit Mapping(std::shared_ptr<const OpenFile> file) : file_(std::move(file)) {}
     ~Mapping() override {
-        if (at_ != nullptr) ::munmap(at_, file_->size());
+        if (at_ != nullptr) os::unmap(at_, file_->size());
     }
-    /// False if the system cannot. Reads the disk now, so that a failing disk fails here and not at the
+    /// False if the system cannot. `ahead` reads the disk now, so that a failing disk fails here and not at the
     /// first access (since Linux 5.14).
-    bool map() {
-        void* const at = SPLAT_FAULT("io.map") ? MAP_FAILED
-                                               : ::mmap(nullptr, file_->size(), PROT_READ,
-                                                        MAP_PRIVATE, file_->descriptor(), 0);
-        if (at == MAP_FAILED) return false;
-        at_ = at;
-#ifdef MADV_POPULATE_READ
-        return ::madvise(at_, file_->size(), MADV_POPULATE_READ) == 0 || errno == EINVAL;
-#else
-        return true;
-#endif
+    bool map(bool ahead) {
+        at_ = SPLAT_FAULT("io.map") ? nullptr : os::map(file_->handle(), file_->size());
+        return at_ != nullptr && (!ahead || os::populate_mapped(at_, file_->size()) == 0);
     }
     [[nodiscard]] Bytes bytes() const override {
         return {static_cast<const std::byte*>(at_), file_->size()};
     }
-    [[nodiscard]] Status unchanged() const override {
-        return file_->unchanged();
-    }
+    [[nodiscard]] Status unchanged() const override { return file_->unchanged(); }
 
   private:
     std::shared_ptr<const OpenFile> file_;
     void* at_ = nullptr;
 };
 
-std::shared_ptr<const MappedFile> OpenFile::map() const {
+std::shared_ptr<const MappedFile> OpenFile::map(bool ahead) const {
     if (!mappable_) return nullptr;
     auto mapping = std::make_shared<Mapping>(shared_from_this());
-    return mapping->map() ? mapping : nullptr;
+    return mapping->map(ahead) ? mapping : nullptr;
 }
 
-ssize_t write_some(int file, Bytes bytes, std::optional<std::uint64_t> offset) {
+class OpenFileSink : public ByteSink {
+  public:
+    OpenFileSink(os::Handle file, const std::string& path) : file_(file), path_(path) {}
+    Status put(Bytes bytes) override { return write_all(file_, bytes, path_); }
+
+  private:
+    os::Handle file_;
+    const std::string& path_;
+};
+
+std::int64_t write_some(os::Handle file, Bytes bytes, std::optional<std::uint64_t> offset) {
     if (SPLAT_FAULT("io.write")) {
         errno = ENOSPC;
         return -1;
     }
-    return offset ? ::pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(*offset))
-                  : ::write(file, bytes.data(), bytes.size());
+    return os::write(file, bytes.data(), bytes.size(), offset);
 }
 
 }  // namespace
@@ -226,13 +195,17 @@ ssize_t write_some(int file, Bytes bytes, std::optional<std::uint64_t> offset) {
 Status system_error(int number, const char* doing, const std::string& path) {
     const bool missing = number == ENOENT || number == ENOTDIR;
     return error(missing ? Code::kNotFound : Code::kIo, "cannot %s '%s': %s", doing,
-                 shown(path, PATH_MAX).c_str(), std::strerror(number));
+                 shown(path, os::kLongestPath).c_str(), os::reason(number).c_str());
 }
 
-Status write_all(int file, Bytes bytes, const std::string& path,
+Status system_error(const std::error_code& failed, const char* doing, const std::string& path) {
+    return system_error(failed.default_error_condition().value(), doing, path);
+}
+
+Status write_all(os::Handle file, Bytes bytes, const std::string& path,
                  std::optional<std::uint64_t> offset) {
     while (!bytes.empty()) {
-        const ssize_t written = write_some(file, bytes, offset);
+        const std::int64_t written = write_some(file, bytes, offset);
         if (written < 0 && errno == EINTR) continue;
         if (written == 0) errno = ENOSPC;
         if (written <= 0) return system_error(errno, "write", path);
@@ -243,8 +216,8 @@ Status write_all(int file, Bytes bytes, const std::string& path,
 }
 
 std::string extension_of(const std::string& path) {
-    const std::size_t dot = path.find_last_of("./");
-    if (dot == std::string::npos || path[dot] == '/') return "";
+    const std::size_t dot = path.rfind('.');
+    if (dot == std::string::npos || dot < os::name_start(path)) return "";
     std::string extension = path.substr(dot);
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return extension;
@@ -276,54 +249,59 @@ Status write_file(const std::string& path, Bytes bytes) {
     return write_file(path, std::span(&bytes, 1));
 }
 
+Status write_file(const std::string& path, std::span<const Bytes> pieces) {
+    return write_file(path, [pieces](ByteSink& to) -> Status {
+        for (const Bytes piece : pieces) SPLAT_TRY(to.put(piece));
+        return {};
+    });
+}
+
 Status write_new_file(const std::string& path, Bytes bytes) {
-    Descriptor file(SPLAT_SYSTEM(
-        "io.create", EACCES, ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)));
-    if (file.get() < 0) return failed("create", path);
+    Descriptor file(SPLAT_SYSTEM("io.create", EACCES, os::open(path, os::Open::kCreate)));
+    if (file.get() == os::kNoHandle) return failed("create", path);
     SPLAT_TRY(write_all(file.get(), bytes, path));
     return file.release() == 0 ? Status() : failed("close", path);
 }
 
 Status append_file(const std::string& path, Bytes bytes) {
-    // Does not wait for the reader of a FIFO.
-    Descriptor file(SPLAT_SYSTEM(
-        "io.create", EACCES,
-        ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0666)));
-    if (file.get() < 0 && errno != ENXIO) return failed("open", path);
-    struct stat info {};
-    if (file.get() < 0 || ::fstat(file.get(), &info) != 0 || !S_ISREG(info.st_mode))
+    Descriptor file(SPLAT_SYSTEM("io.create", EACCES, os::open(path, os::Open::kAppend)));
+    // ENXIO: a pipe without a reader.
+    if (file.get() == os::kNoHandle && errno != ENXIO) return failed("open", path);
+    os::FileInfo info;
+    if (file.get() == os::kNoHandle || os::examine(file.get(), info) != 0 ||
+        info.kind != os::FileKind::kFile)
         return error(Code::kIo, "cannot write '%s': it is not a regular file", path.c_str());
     Status status = write_all(file.get(), bytes, path);
-    if (!status.ok() && ::ftruncate(file.get(), info.st_size) != 0)
+    if (!status.ok() && os::resize(file.get(), info.bytes) != 0)
         status = error(status.code(), "%s; what was written of it stays at the end of the file",
                        status.message().c_str());
     if (file.release() != 0 && status.ok()) status = failed("close", path);
     return status;
 }
 
-Status write_file(const std::string& path, std::span<const Bytes> pieces) {
+Status write_file(const std::string& path, const std::function<Status(ByteSink&)>& write) {
     const std::string target = behind_links(path);
-    struct stat old {};
-    const bool replaced = ::stat(target.c_str(), &old) == 0;
+    os::FileInfo old;
+    const bool replaced = os::examine(target, old) == 0;
     if (!replaced && errno == ELOOP) return failed("replace", path);
-    if (replaced && !S_ISREG(old.st_mode) && !S_ISDIR(old.st_mode))
+    if (replaced && old.kind != os::FileKind::kFile && old.kind != os::FileKind::kFolder)
         return error(Code::kIo, "'%s' is not a regular file", path.c_str());
     Temporary temporary;
     Descriptor file(create_temporary(target, temporary.path));
-    if (file.get() < 0) {
+    if (file.get() == os::kNoHandle) {
         temporary.kept = true;  // there is none
         return failed("create", temporary.path);
     }
-    // Some file systems have no permissions.
-    if (replaced) static_cast<void>(::fchmod(file.get(), old.st_mode & 07777));
-    for (const Bytes piece : pieces) SPLAT_TRY(write_all(file.get(), piece, temporary.path));
-    while (SPLAT_SYSTEM("io.fsync", EIO, ::fsync(file.get())) != 0)
+    if (replaced) os::set_permissions(file.get(), old.permissions);
+    OpenFileSink sink(file.get(), temporary.path);
+    SPLAT_TRY(write(sink));
+    while (SPLAT_SYSTEM("io.fsync", EIO, os::flush(file.get())) != 0)
         if (errno != EINTR) return failed("flush", temporary.path);
     if (file.release() != 0) return failed("close", temporary.path);
-    if (SPLAT_SYSTEM("io.rename", EXDEV, ::rename(temporary.path.c_str(), target.c_str())) != 0)
+    if (SPLAT_SYSTEM("io.rename", EXDEV, os::rename(temporary.path, target)) != 0)
         return failed("replace", path);
     temporary.kept = true;
-    flush_folder(target);
+    os::flush_folder_of(target);
     return {};
 }
 

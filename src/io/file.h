@@ -1,11 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 
 #include "core/no_copy.h"
+#include "core/os/file.h"
 #include "core/status.h"
 #include "io/bytes.h"
 
@@ -17,6 +20,7 @@ inline constexpr std::uint64_t kMaxFileBytes = std::uint64_t{16} << 30;
 /// What the system's error `number` means: kNotFound if there is no such file or folder, else kIo. The
 /// sentence is "cannot <doing> '<path>': <the system's reason>".
 Status system_error(int number, const char* doing, const std::string& path);
+Status system_error(const std::error_code& failed, const char* doing, const std::string& path);
 
 /// The extension of a path, in lower case and with the point; empty for none.
 std::string extension_of(const std::string& path);
@@ -34,6 +38,29 @@ Status write_file(const std::string& path, Bytes bytes);
 /// Write consecutive pieces to one file.
 Status write_file(const std::string& path, std::span<const Bytes> pieces);
 
+/// Where the bytes of a file go, one piece after the other.
+class ByteSink : NoCopy {
+  public:
+    virtual ~ByteSink() = default;
+
+    /// Take the next bytes of the file.
+    virtual Status put(Bytes bytes) = 0;
+};
+
+/// A file in memory.
+class BufferSink : public ByteSink {
+  public:
+    Status put(Bytes bytes) override {
+        put_bytes(file, bytes);
+        return {};
+    }
+    Buffer file;
+};
+
+/// Write what `write` puts, piece by piece, so that the file never lies in memory as a whole. Errors: as the other
+/// write_file(), and those of `write`.
+Status write_file(const std::string& path, const std::function<Status(ByteSink&)>& write);
+
 /// Create a file that does not exist, in a folder that is renamed once all of its files are written.
 /// Unlike write_file() it does not flush to the disk. Errors: as system_error(); a part of the file may
 /// remain.
@@ -41,7 +68,7 @@ Status write_new_file(const std::string& path, Bytes bytes);
 
 /// Write all bytes to an open file, which `path` names in errors: from `offset` on, else where the file stands.
 /// Interrupted and short writes go on. Errors: as system_error(); a part of the bytes may be written.
-Status write_all(int file, Bytes bytes, const std::string& path,
+Status write_all(os::Handle file, Bytes bytes, const std::string& path,
                  std::optional<std::uint64_t> offset = {});
 
 /// Append to a file, which is created unless it is there: all of the bytes or none. Errors: as
@@ -72,8 +99,12 @@ class Source : NoCopy {
     /// kIo if they cannot be read; `to` is then undefined. Thread-safe.
     virtual Status read(std::uint64_t offset, std::span<std::byte> to) const = 0;
 
-    /// nullptr if it is not a file, may not be mapped, or the system cannot map it. May outlive the source.
-    [[nodiscard]] virtual std::shared_ptr<const MappedFile> map() const { return nullptr; }
+    /// nullptr if it is not a file, may not be mapped, or the system cannot map it. May outlive the source. Reads the
+    /// whole file now, if `ahead`; else what is accessed.
+    [[nodiscard]] virtual std::shared_ptr<const MappedFile> map(
+        [[maybe_unused]] bool ahead = true) const {
+        return nullptr;
+    }
 };
 
 /// Bytes in memory, which must outlive the source.

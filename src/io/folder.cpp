@@ -1,16 +1,13 @@
 #include "io/folder.h"
 
-#include <dirent.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <memory>
 
 #include "core/fault.h"
 #include "core/no_copy.h"
+#include "core/os/file.h"
+#include "core/os/process.h"
 #include "core/shown.h"
 #include "io/file.h"
 
@@ -18,10 +15,6 @@ namespace splat::io {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct CloseFolder {
-    void operator()(DIR* folder) const { ::closedir(folder); }
-};
 
 /// Removes a folder now and in the end, also where an exception ends the work.
 class RemovedFolder : NoCopy {
@@ -37,9 +30,9 @@ class RemovedFolder : NoCopy {
     const fs::path& path_;
 };
 
-PathKind kind_in(const struct stat& info) {
-    if (S_ISREG(info.st_mode)) return PathKind::kFile;
-    return S_ISDIR(info.st_mode) ? PathKind::kFolder : PathKind::kOther;
+PathKind kind_in(os::FileKind kind) {
+    if (kind == os::FileKind::kFile) return PathKind::kFile;
+    return kind == os::FileKind::kFolder ? PathKind::kFolder : PathKind::kOther;
 }
 
 Status cannot_list(int number, const std::string& folder) {
@@ -49,33 +42,33 @@ Status cannot_list(int number, const std::string& folder) {
     return system_error(number, "list the folder", folder);
 }
 
-struct Listed {
-    std::string name;
-    unsigned char type = DT_UNKNOWN;  ///< type that readdir() gives
-};
-
-Result<std::vector<Listed>> list(const std::string& folder) {
-    const std::unique_ptr<DIR, CloseFolder> open(
-        SPLAT_FAULT("io.list") ? (errno = EACCES, nullptr) : ::opendir(folder.c_str()));
-    if (open == nullptr) return cannot_list(errno, folder);
-    std::vector<Listed> all;
-    while (true) {
-        errno = 0;
-        const dirent* const found = ::readdir(open.get());
-        if (found == nullptr) break;
-        if (found->d_name[0] != '.') all.push_back({found->d_name, found->d_type});
-    }
-    if (errno != 0) return cannot_list(errno, folder);
-    std::ranges::sort(all, [](const Listed& a, const Listed& b) { return a.name < b.name; });
+Result<std::vector<os::Listed>> list(const std::string& folder) {
+    std::vector<os::Listed> all;
+    if ((SPLAT_FAULT("io.list") ? (errno = EACCES, -1) : os::list(folder, all)) != 0)
+        return cannot_list(errno, folder);
+    std::erase_if(all, [](const os::Listed& entry) { return entry.name[0] == '.'; });
+    std::ranges::sort(all, {}, &os::Listed::name);
     return all;
 }
 
 }  // namespace
 
+Status check_no_links(const std::string& folder, const std::string& path, const std::string& what) {
+    fs::path so_far = folder;
+    for (const fs::path& part : fs::path(path)) {
+        so_far /= part;
+        if (os::is_link(so_far.string()))
+            return damaged(
+                "%s: '%s' is a symbolic link, which may lead out of the folder; put a copy there",
+                what.c_str(), shown(so_far.string()).c_str());
+    }
+    return {};
+}
+
 Status make_folders(const fs::path& path) {
     std::error_code failed;
     fs::create_directories(path, failed);
-    return failed ? system_error(failed.value(), "create the folder", path.string()) : Status();
+    return failed ? system_error(failed, "create the folder", path.string()) : Status();
 }
 
 Status write_folder(const fs::path& folder, const fs::path& temporary,
@@ -84,24 +77,23 @@ Status write_folder(const fs::path& folder, const fs::path& temporary,
     SPLAT_TRY(write(temporary));
     std::error_code failed;
     fs::rename(temporary, folder, failed);
-    return failed ? system_error(failed.value(), "create the folder", folder) : Status();
+    return failed ? system_error(failed, "create the folder", folder.string()) : Status();
 }
 
 fs::path temporary_of(const fs::path& folder) {
     static std::atomic<unsigned> counter{0};
-    return folder.parent_path() / format(".%s.%d-%u.tmp", folder.filename().c_str(),
-                                         static_cast<int>(::getpid()), counter++);
+    return folder.parent_path() / format(".%s.%lld-%u.tmp", folder.filename().string().c_str(),
+                                         lld(os::process_id()), counter++);
 }
 
 Result<PathKind> kind_of(const std::string& path) {
-    struct stat info {};
+    os::FileInfo info;
     errno = 0;
-    if (!SPLAT_FAULT("io.stat") && ::stat(path.c_str(), &info) == 0) return kind_in(info);
+    if (!SPLAT_FAULT("io.stat") && os::examine(path, info) == 0) return kind_in(info.kind);
     const int number = errno != 0 ? errno : EACCES;
     if (number != ENOENT && number != ENOTDIR && number != ELOOP)
         return system_error(number, "look at", path);
-    const bool is_link = ::lstat(path.c_str(), &info) == 0 && S_ISLNK(info.st_mode);
-    return is_link ? PathKind::kBrokenLink : PathKind::kNothing;
+    return os::is_link(path) ? PathKind::kBrokenLink : PathKind::kNothing;
 }
 
 Result<bool> has_file(const std::string& path) {
@@ -110,19 +102,19 @@ Result<bool> has_file(const std::string& path) {
 }
 
 Result<std::vector<std::string>> names_in(const std::string& folder) {
-    SPLAT_ASSIGN(const std::vector<Listed> all, list(folder));
+    SPLAT_ASSIGN(const std::vector<os::Listed> all, list(folder));
     std::vector<std::string> names;
-    for (const Listed& listed : all) names.push_back(listed.name);
+    for (const os::Listed& listed : all) names.push_back(listed.name);
     return names;
 }
 
 Result<std::vector<FolderEntry>> entries_in(const std::string& folder) {
-    SPLAT_ASSIGN(const std::vector<Listed> all, list(folder));
+    SPLAT_ASSIGN(const std::vector<os::Listed> all, list(folder));
     std::vector<FolderEntry> entries;
-    for (const Listed& listed : all) {
+    for (const os::Listed& listed : all) {
         FolderEntry entry{listed.name, PathKind::kNothing};
-        if (listed.type == DT_REG || listed.type == DT_DIR) {
-            entry.kind = listed.type == DT_REG ? PathKind::kFile : PathKind::kFolder;
+        if (listed.kind) {
+            entry.kind = kind_in(*listed.kind);
         } else {
             SPLAT_SET(entry.kind, kind_of(folder + "/" + listed.name));
         }

@@ -23,6 +23,9 @@ Result<PathKind> kind_of(const std::string& path);
 /// True if a regular file is there. Errors: as kind_of().
 Result<bool> has_file(const std::string& path);
 
+/// Refuses a path below a folder that leads through symbolic links, which may lead out of it; `what` names the format.
+Status check_no_links(const std::string& folder, const std::string& path, const std::string& what);
+
 /// Make a folder, and those that it lies in. Errors: as system_error().
 Status make_folders(const std::filesystem::path& path);
 

@@ -5,6 +5,9 @@
 #include <limits>
 #include <utility>
 
+#include "core/shown.h"
+#include "io/scene_load.h"
+
 namespace splat::io {
 namespace {
 
@@ -34,7 +37,12 @@ class HeaderParser {
         SPLAT_TRY(next_line());  // "ply"
         while (true) {
             SPLAT_TRY(next_line());
-            if (words_.empty() || words_[0] == "comment" || words_[0] == "obj_info") continue;
+            if (words_.empty() || words_[0] == "obj_info") continue;
+            if (words_[0] == "comment") {
+                if (words_.size() > 1)
+                    header_.comments.emplace_back(words_[1].begin(), words_.back().end());
+                continue;
+            }
             if (words_[0] == "end_header") break;
             if (words_[0] == "format") {
                 SPLAT_TRY(format_line());
@@ -56,9 +64,7 @@ class HeaderParser {
   private:
     [[nodiscard]] Status bad(const std::string& problem) const { return lines_.bad(problem); }
 
-    static std::string quoted(std::string_view word) {
-        return "'" + std::string(word.substr(0, 40)) + "'";
-    }
+    static std::string quoted(std::string_view word) { return "'" + shown(word, 40) + "'"; }
 
     Status next_line() {
         std::string_view line;
@@ -184,11 +190,12 @@ Result<PlyHeader> parse_ply_header(Bytes file) {
     return HeaderParser(file).parse();
 }
 
-PlyRows::PlyRows(const PlyHeader& header, Bytes file)
+PlyRows::PlyRows(const PlyHeader& header, Bytes file, bool discard)
     : encoding_(header.encoding),
       reader_(file.subspan(header.bytes), "ply data", order_of(header.encoding)),
       text_(as_text(file.subspan(header.bytes))),
-      line_(header.lines + 1) {}
+      line_(header.lines + 1),
+      discard_(discard) {}
 
 Status PlyRows::need(const PlyElement& element) const {
     const std::uint64_t each = least_row_bytes(element, encoding_);
@@ -204,6 +211,9 @@ Status PlyRows::need(const PlyElement& element) const {
 
 Status PlyRows::read(const PlyElement& element, const Row& row) {
     SPLAT_TRY(need(element));
+    const bool lists = std::ranges::any_of(
+        element.properties, [](const PlyProperty& p) { return p.list_count.has_value(); });
+    if (encoding_ != PlyEncoding::kAscii && !lists) return read_fixed(element, row);
     std::vector<double> values(element.properties.size());
     for (std::size_t i = 0; i < element.count; ++i) {
         for (std::size_t k = 0; k < values.size(); ++k) {
@@ -212,6 +222,31 @@ Status PlyRows::read(const PlyElement& element, const Row& row) {
                                                        : read_binary(property, values[k]));
         }
         row(i, values);
+    }
+    return {};
+}
+
+/// Rows of one length: a scene of 10 million Gaussians has 170 million numbers.
+Status PlyRows::read_fixed(const PlyElement& element, const Row& row) {
+    struct Column {
+        std::size_t at;
+        double (*to_double)(const std::byte* at, std::endian order);
+    };
+    std::vector<Column> columns;
+    std::size_t stride = 0;
+    for (const PlyProperty& property : element.properties) {
+        columns.push_back({stride, number_type_row(property.type).to_double});
+        stride += type_bytes(property.type);
+    }
+    SPLAT_ASSIGN(const Bytes rows, reader_.take(element.count * stride, element.name.c_str()));
+    const std::endian order = order_of(encoding_);
+    std::vector<double> values(columns.size());
+    for (std::size_t i = 0; i < element.count; ++i) {
+        const std::byte* const at = rows.data() + i * stride;
+        for (std::size_t k = 0; k < columns.size(); ++k)
+            values[k] = columns[k].to_double(at + columns[k].at, order);
+        row(i, values);
+        if (discard_ && (i + 1) % kSceneBlock == 0) discard(rows.first((i + 1) * stride));
     }
     return {};
 }

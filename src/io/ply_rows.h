@@ -29,8 +29,9 @@ struct PlyElement {
 struct PlyHeader {
     PlyEncoding encoding = PlyEncoding::kAscii;
     std::vector<PlyElement> elements;
-    std::size_t bytes = 0;  ///< bytes of the header: the data starts here
-    std::size_t lines = 0;  ///< lines of the header
+    std::vector<std::string> comments;  ///< what follows the word, without blanks around it
+    std::size_t bytes = 0;              ///< bytes of the header: the data starts here
+    std::size_t lines = 0;              ///< lines of the header
 
     [[nodiscard]] const PlyElement* find(const std::string& element) const;
 };
@@ -45,7 +46,8 @@ Result<PlyHeader> parse_ply_header(Bytes file);
 /// Reads the data of a .ply file, one element after the other in the order of the header.
 class PlyRows {
   public:
-    PlyRows(const PlyHeader& header, Bytes file);
+    /// `discard`: see LoadOptions; rows of binary files without lists are given back.
+    PlyRows(const PlyHeader& header, Bytes file, bool discard = false);
 
     /// Called for each row with its index and one number per property (of a list, its length).
     using Row = std::function<void(std::size_t, const std::vector<double>&)>;
@@ -66,6 +68,7 @@ class PlyRows {
     [[nodiscard]] Result<std::string> rest(bool lenient) const;
 
   private:
+    Status read_fixed(const PlyElement& element, const Row& row);
     Status read_binary(const PlyProperty& property, double& value);
     Status read_ascii(const PlyProperty& property, double& value);
     Status read_word(const std::string& name, double& value);
@@ -76,6 +79,7 @@ class PlyRows {
     Reader reader_;
     std::string_view text_;  ///< ascii: what is left
     std::size_t line_;       ///< ascii: the line of the last word
+    bool discard_;
 };
 
 }  // namespace splat::io

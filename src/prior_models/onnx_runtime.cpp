@@ -1,12 +1,12 @@
 #include "prior_models/onnx_runtime.h"
 
-#include <dlfcn.h>
-
 #include <filesystem>
 #include <vector>
 
 #include "core/environment.h"
 #include "core/log.h"
+#include "core/os/library.h"
+#include "core/os/path.h"
 
 namespace splat::prior_models {
 namespace {
@@ -71,9 +71,11 @@ Status OnnxRuntime::check(OrtStatus* outcome, Code code, const std::string& what
 }
 
 Result<std::shared_ptr<const OnnxRuntime>> OnnxRuntime::open(const std::string& path) {
-    void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) return unsupported("cannot load ONNX Runtime: %s", dlerror());
-    const auto get_base = reinterpret_cast<OrtGetApiBaseFunction>(dlsym(library, "OrtGetApiBase"));
+    std::string failed;
+    void* const library = os::load_library(path, failed);
+    if (library == nullptr) return unsupported("cannot load ONNX Runtime: %s", failed.c_str());
+    const auto get_base =
+        reinterpret_cast<OrtGetApiBaseFunction>(os::function_of(library, "OrtGetApiBase"));
     if (get_base == nullptr)
         return unsupported("'%s' is no ONNX Runtime: it has no OrtGetApiBase", path.c_str());
     const OrtApiBase* const base = get_base();
@@ -96,12 +98,11 @@ Result<std::shared_ptr<const OnnxRuntime>> OnnxRuntime::open(const std::string& 
 Result<std::shared_ptr<const OnnxRuntime>> OnnxRuntime::load(const std::string& path) {
     SPLAT_ASSIGN(const std::vector<std::string> names, candidates(path));
     for (const std::string& name : names) {
-        const bool file = name.find('/') != std::string::npos;
+        const bool file = os::name_start(name) != 0;
         auto runtime = open(name);
         // A bare name that the loader does not find is no error yet.
         if (runtime.ok() || file) return runtime;
-        if (void* const found = dlopen(name.c_str(), RTLD_LAZY | RTLD_LOCAL); found != nullptr)
-            return runtime;
+        if (std::string none; os::load_library(name, none) != nullptr) return runtime;
     }
     return no_library();
 }

@@ -114,7 +114,8 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
         {params::kBlendExtraId, desc.extra && !normals ? 1U : 0U},
         {params::kBlendNormalsId, normals ? 1U : 0U},
         {params::kBlendSizesId, desc.view_sizes ? 1U : 0U},
-        {params::kBlendIdsId, desc.ids && !normals ? 1U : 0U}};
+        {params::kBlendIdsId, desc.ids && !normals ? 1U : 0U},
+        {params::kBlendCutId, desc.cut_3_sigma ? 1U : 0U}};
     if (kernels != vk::Kernels::kPlain) {
         constants.push_back({params::kBlendEarlyOutId, desc.skips.early_out ? 1U : 0U});
         constants.push_back({params::kBlendSkipBlocksId, desc.skips.blocks ? 1U : 0U});
@@ -150,7 +151,8 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
         {params::kBlendDepthId, desc.grad_depth ? 1U : 0U},
         {params::kBlendAbsoluteId, desc.export_gradients ? 1U : 0U},
         {params::kBlendSizesId, desc.view_sizes ? 1U : 0U},
-        {params::kBlendContributionsId, desc.contributions ? 1U : 0U}};
+        {params::kBlendContributionsId, desc.contributions ? 1U : 0U},
+        {params::kBlendCutId, desc.cut_3_sigma ? 1U : 0U}};
     std::vector<vk::Access> accesses = {vk::read(views.splats),     vk::read(views.pairs),
                                         vk::read(views.slots),      vk::read(views.ranges),
                                         vk::read(views.background), vk::read(views.state),

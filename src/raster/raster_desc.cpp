@@ -18,6 +18,8 @@ std::uint32_t RasterDesc::flags() const {
     if (view_sizes) flags |= params::kFlagViewSizes;
     if (tile_mask) flags |= params::kFlagTileMask;
     if (ranges.used) flags |= params::kFlagRanges;
+    if (sort_by_distance) flags |= params::kFlagSortByDistance;
+    if (cut_3_sigma) flags |= params::kFlagCut3Sigma;
     return flags;
 }
 

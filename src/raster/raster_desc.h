@@ -43,6 +43,15 @@ struct RangePlan {
     bool operator==(const RangePlan&) const = default;
 };
 
+/// Rows of tiles that one pass covers, in all views.
+struct Window {
+    std::uint32_t row_begin = 0;
+    std::uint32_t row_end = 0;
+
+    [[nodiscard]] std::uint32_t rows() const { return row_end - row_begin; }
+    bool operator==(const Window&) const = default;
+};
+
 /// What to rasterize: a set and views of it. Fixed for the life of a Rasterizer, for which the numbers of Gaussians
 /// and views, width and height are capacities.
 struct RasterDesc : gaussians::SetDesc {
@@ -50,7 +59,9 @@ struct RasterDesc : gaussians::SetDesc {
     std::uint32_t width = 0;  ///< pixels of the widest view, and the stride of images
     std::uint32_t height = 0;
     Convention convention = Convention::k3dgs;
-    bool antialiased = false;  ///< opacity compensates for the dilation
+    bool antialiased = false;       ///< opacity compensates for the dilation
+    bool sort_by_distance = false;  ///< blended by the distance to the camera, not by depth
+    bool cut_3_sigma = false;       ///< a Gaussian ends at 3 sigma, in its dilated ellipse
     float near_plane = kNear3dgs;
     float far_plane = kFarGsplat;
     bool extra = false;              ///< draw depth and contributors, too
@@ -69,7 +80,13 @@ struct RasterDesc : gaussians::SetDesc {
     /// Most items (a Gaussian in a view) of a call, if fewer than all in all views. Of a call with ranges: their sum.
     std::uint64_t most_items = ~std::uint64_t{0};
     Skips skips;
+    /// Rows of tiles that a call draws; none: all. A Rasterizer sets it for each call.
+    Window rows;
 
+    /// The rows that are drawn.
+    [[nodiscard]] Window drawn_rows() const {
+        return rows.rows() > 0 ? rows : Window{0, tiles_y()};
+    }
     [[nodiscard]] std::uint64_t items() const {
         return std::min(std::uint64_t{gaussians} * views, most_items);
     }
@@ -93,14 +110,6 @@ inline constexpr std::uint64_t kMaxWindowTiles = 20000;
 inline std::uint64_t max_window_tiles(const vk::DeviceInfo& device) {
     return device.kind == vk::DeviceKind::kCpu ? kMaxWindowTiles : 0xFFFE;
 }
-
-/// Rows of tiles that one pass covers, in all views.
-struct Window {
-    std::uint32_t row_begin = 0;
-    std::uint32_t row_end = 0;
-
-    [[nodiscard]] std::uint32_t rows() const { return row_end - row_begin; }
-};
 
 /// Most Gaussians per dispatch, so that no binding of a packed array exceeds the device's limit.
 std::uint32_t slice_size(const vk::DeviceInfo& device, vk::Kernels kernels, const RasterDesc& desc);

@@ -25,13 +25,20 @@ std::uint32_t first_passes(const vk::DeviceInfo& device, const RasterDesc& desc)
     const std::uint64_t row =
         std::max<std::uint64_t>(std::uint64_t{desc.tiles_x()} * desc.views, 1);
     return static_cast<std::uint32_t>(
-        ceil_div(std::uint64_t{desc.tiles_y()}, max_window_tiles(device) / row));
+        ceil_div(std::uint64_t{desc.drawn_rows().rows()}, max_window_tiles(device) / row));
 }
 
 }  // namespace
 
 bool Rasterizer::names(const SetViews& scene) const {
     return scene.same_memory(scene_);
+}
+
+std::uint64_t most_items(const vk::DeviceInfo& device, const RasterDesc& desc) {
+    const std::uint64_t binding = device.limits.max_storage_buffer_bytes;
+    if (!desc.export_gradients || !desc.grad_pose) return binding / 48;
+    return (binding - std::min(binding, pose_partial_bytes(device, desc))) / kPartAlignment *
+           kPartAlignment / 48;  // both in one buffer
 }
 
 Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc) {
@@ -56,10 +63,7 @@ Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc) {
             "pixel of a tile: use another device",
             limits.max_group_invocations, kLeastWorkgroup);
     const std::uint64_t binding = limits.max_storage_buffer_bytes;
-    std::uint64_t most = binding / 48;
-    if (desc.export_gradients && desc.grad_pose)  // in one buffer
-        most = (binding - std::min(binding, pose_partial_bytes(device, desc))) / kPartAlignment *
-               kPartAlignment / 48;
+    const std::uint64_t most = most_items(device, desc);
     if (desc.items() > most)
         return unsupported(
             "rasterizer: %u Gaussians in %u views, but the device takes at most %llu in "
@@ -161,7 +165,7 @@ std::uint32_t Rasterizer::more_passes(std::uint32_t passes, std::uint64_t needed
     const std::uint64_t most = Workspace::max_capacity(context_.device(), desc_);
     if (needed <= most) return passes;
     const std::uint64_t more = passes * (ceil_div(needed, most) + 1);
-    return static_cast<std::uint32_t>(std::min<std::uint64_t>(more, desc_.tiles_y()));
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(more, now_.drawn_rows().rows()));
 }
 
 /// Gradients are added pass by pass, so the number of passes must not depend on earlier calls: it is that of a
@@ -177,7 +181,7 @@ Status Rasterizer::grow(std::uint64_t needed) {
     forward_.clear();
     backward_.clear();
     if (needed > most) {
-        if (passes_ == desc_.tiles_y())
+        if (passes_ == now_.drawn_rows().rows())
             return unsupported(
                 "rasterizer: %llu intersections of Gaussians with one row of tiles, but "
                 "the device takes at most %llu: render fewer views per call",
@@ -196,7 +200,7 @@ Status Rasterizer::grow(std::uint64_t needed) {
 Status Rasterizer::record(const SetViews& scene, const RasterDesc& desc) {
     const RasterDesc before = now_;
     const std::uint32_t passes_before = passes_, entries_before = entries_;
-    if (desc.gaussians != now_.gaussians || desc.views != now_.views)
+    if (desc.gaussians != now_.gaussians || desc.views != now_.views || desc.rows != now_.rows)
         passes_ = first_passes(context_.device().info(), desc);
     now_ = desc;
     const Status recorded = record_forward(scene);
@@ -208,7 +212,37 @@ Status Rasterizer::record(const SetViews& scene, const RasterDesc& desc) {
 }
 
 Status Rasterizer::forward(const SetViews& scene, const PackedViews& views) {
+    return draw(scene, views, {});
+}
+
+Status Rasterizer::forward_in_bands(std::uint64_t gaussians, std::span<const Window> bands,
+                                    const std::function<Result<SetViews>(const Window& band)>& load,
+                                    const PackedViews& views) {
+    RasterStats all;
+    for (const Window& band : bands) {
+        valid_ = false;
+        SPLAT_ASSIGN(const SetViews scene, load(band));
+        SPLAT_TRY(draw(scene, views, band));
+        all.visible = std::max(all.visible, stats_.visible);
+        all.non_finite = std::max(all.non_finite, stats_.non_finite);
+        all.longest = std::max(all.longest, stats_.longest);
+        all.pairs += stats_.pairs;
+        all.empty_tiles += stats_.empty_tiles;
+        all.passes += stats_.passes;
+        all.runs = std::max(all.runs, stats_.runs);
+    }
+    --all.passes;  // begins with 1
+    all.culled = gaussians - all.visible - all.non_finite;
+    all.tiles = stats_.tiles;
+    all.bytes = stats_.bytes;
+    all.banded = gaussians;
+    stats_ = all;
+    return {};
+}
+
+Status Rasterizer::draw(const SetViews& scene, const PackedViews& views, const Window& rows) {
     RasterDesc desc = desc_;
+    desc.rows = rows;
     desc.gaussians = scene.count;
     desc.views = views.count();
     if (desc.gaussians > desc_.gaussians)
@@ -224,9 +258,10 @@ Status Rasterizer::forward(const SetViews& scene, const PackedViews& views) {
     if (desc.ranges.used) desc.most_items = views.items;
     const bool resized = desc.gaussians != now_.gaussians || desc.views != now_.views ||
                          desc.view_sizes != now_.view_sizes || desc.tile_mask != now_.tile_mask ||
-                         desc.ranges != now_.ranges || desc.items() != now_.items();
+                         desc.ranges != now_.ranges || desc.items() != now_.items() ||
+                         desc.rows != now_.rows;
     const bool moved = views != uploaded_;
-    if (desc_.skips.unchanged && valid_ && !moved && scene.version != 0 &&
+    if (desc_.skips.unchanged && valid_ && !moved && !resized && scene.version != 0 &&
         scene.version == scene_.version && scene.same_memory(scene_)) {
         stats_.runs = 0;
         return {};

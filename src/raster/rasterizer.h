@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 
 #include "raster/workspace.h"
@@ -18,10 +19,14 @@ struct RasterStats {
     std::uint64_t empty_tiles = 0;  ///< empty tiles of all views
     std::uint64_t tiles = 0;
     std::uint64_t bytes = 0;   ///< device memory of the workspace
+    std::uint64_t banded = 0;  ///< Gaussians of the scene, if it was drawn in bands; else 0
     std::uint32_t passes = 1;  ///< groups of tile rows
     std::uint32_t runs =
         1;  ///< 0: nothing had changed; 2 or more: the pairs needed other arrays or passes
 };
+
+/// Most items that the device takes at a time.
+std::uint64_t most_items(const vk::DeviceInfo& device, const RasterDesc& desc);
 
 /// Errors: kInvalidArgument; kUnsupported beyond the device's limits.
 Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc);
@@ -49,6 +54,13 @@ class Rasterizer {
     /// Gaussians on one tile; those of create. If the call fails before the device starts,
     /// the results of the previous call stay valid.
     Status forward(const SetViews& scene, const PackedViews& views);
+
+    /// Draw a scene of `gaussians`, more than desc() has, band by band of tile rows (raster/bands.h): `load`
+    /// puts those of a band on the device. Pixels are as if all were drawn at once; what the workspace holds
+    /// of each item is of the last band. Errors: as forward(), and those of `load`; then no results are valid.
+    Status forward_in_bands(std::uint64_t gaussians, std::span<const Window> bands,
+                            const std::function<Result<SetViews>(const Window& band)>& load,
+                            const PackedViews& views);
 
     /// Compute the gradient of the latest forward call. The workspace keeps pose, intrinsics,
     /// exported gradients and contributions.
@@ -78,6 +90,8 @@ class Rasterizer {
   private:
     Rasterizer(vk::Context& context, const RasterDesc& desc)
         : context_(context), desc_(desc), now_(desc) {}
+    /// `rows`: none for all.
+    Status draw(const SetViews& scene, const PackedViews& views, const Window& rows);
     Status allocate_first_pairs();
     Status count_items();
     Status upload(PackedViews views);
@@ -114,8 +128,8 @@ class Rasterizer {
         vk::CommandList list;
         std::uint64_t longest = 0;  ///< list that it walks to the end
     };
-    std::vector<Parts> parts_;            ///< each pass's of forward_, where lists are longer than entries_
-    std::uint32_t entries_ = 0;           ///< length of a part in forward_
+    std::vector<Parts> parts_;   ///< each pass's of forward_, where lists are longer than entries_
+    std::uint32_t entries_ = 0;  ///< length of a part in forward_
     std::uint32_t backward_entries_ = 0;  ///< length of a part in backward_
     std::uint64_t backward_longest_ = 0;  ///< list that backward_ walks to the end
     std::array<vk::BufferView, 4> backward_views_;

@@ -30,8 +30,9 @@ Result<std::uint64_t> allocate(vk::Context& context, const std::vector<Wanted>& 
 }  // namespace
 
 Window pass_window(const RasterDesc& desc, std::uint32_t pass, std::uint32_t passes) {
-    const std::uint32_t rows = desc.tiles_y();
-    return {rows * pass / passes, rows * (pass + 1) / passes};
+    const auto [begin, end] = desc.drawn_rows();
+    const std::uint32_t rows = end - begin;
+    return {begin + rows * pass / passes, begin + rows * (pass + 1) / passes};
 }
 
 Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {

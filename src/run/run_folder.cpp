@@ -1,17 +1,12 @@
 #include "run/run_folder.h"
 
-#include <fcntl.h>
-#include <fnmatch.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <sstream>
 
 #include "core/fork.h"
+#include "core/os/process.h"
 #include "io/file.h"
 #include "io/folder.h"
 
@@ -53,7 +48,7 @@ constexpr const char* kOwnFiles[] = {kConfig,
                                      "tb/events.out.tfevents.*"};
 
 Status cannot(const char* doing, const fs::path& path, const std::string& reason) {
-    return error(Code::kIo, "cannot %s '%s': %s", doing, path.c_str(), reason.c_str());
+    return error(Code::kIo, "cannot %s '%s': %s", doing, path.string().c_str(), reason.c_str());
 }
 
 /// Names in a folder; none if it is not there, or no folder. Errors: kIo.
@@ -73,19 +68,32 @@ bool is_begun(const std::string& name) {
     return name == kLock || (name.starts_with(kConfig) && name.ends_with(kTemporary));
 }
 
-std::string process_of(int lock) {
+std::string process_of(os::Handle lock) {
     char text[32] = {};
-    const ssize_t got = ::pread(lock, text, sizeof text - 1, 0);
-    std::string process(text, static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    const std::int64_t got = os::read(lock, text, sizeof text - 1, 0);
+    std::string process(text, static_cast<std::size_t>(std::max<std::int64_t>(got, 0)));
     process.erase(std::min(process.find('\n'), process.size()));
     return process.empty() ? "another process" : "process " + process;
 }
 
+/// Whether a path is of a pattern, in which '*' stands for any part of a name.
+bool matches(std::string_view path, std::string_view pattern) {
+    while (!pattern.empty() && pattern[0] != '*') {
+        if (path.empty() || path[0] != pattern[0]) return false;
+        path.remove_prefix(1);
+        pattern.remove_prefix(1);
+    }
+    if (pattern.empty()) return path.empty();
+    for (pattern.remove_prefix(1); !matches(path, pattern); path.remove_prefix(1))
+        if (path.empty() || path[0] == '/') return false;
+    return true;
+}
+
 /// The number of this process, alone in the file, which was just opened.
-Status write_process(int lock, const fs::path& path) {
-    if (::ftruncate(lock, 0) != 0) return cannot("write", path, std::strerror(errno));
-    const std::string text = std::to_string(::getpid()) + "\n";
-    return io::write_all(lock, io::as_bytes(text), path);
+Status write_process(os::Handle lock, const fs::path& path) {
+    if (os::resize(lock, 0) != 0) return cannot("write", path, os::reason(errno));
+    const std::string text = std::to_string(os::process_id()) + "\n";
+    return io::write_all(lock, io::as_bytes(text), path.string());
 }
 
 }  // namespace
@@ -100,10 +108,10 @@ Result<std::unique_ptr<RunFolder>> RunFolder::open(const std::string& path, Mode
 }
 
 RunFolder::~RunFolder() {
-    if (lock_ < 0) return;
-    // A forked child has the descriptor, too: without this the lock would last as long as the child.
-    if (generation_ == fork_generation()) ::flock(lock_, LOCK_UN);
-    ::close(lock_);
+    if (lock_ == os::kNoHandle) return;
+    // A forked child has the handle, too: without this the lock would last as long as the child.
+    if (generation_ == fork_generation()) os::unlock(lock_);
+    os::close(lock_);
 }
 
 Status RunFolder::check() const {
@@ -112,8 +120,8 @@ Status RunFolder::check() const {
         is_there(root_ / kConfig) && (is_there(root_ / kLock) || is_there(root_ / kRun));
     if (mode_ == Mode::kResume) {
         if (run) return {};
-        return bad_state("'%s' holds no run to resume (%s, and %s or %s)", root_.c_str(), kConfig,
-                         kLock, kRun);
+        return bad_state("'%s' holds no run to resume (%s, and %s or %s)", root_.string().c_str(),
+                         kConfig, kLock, kRun);
     }
     std::error_code ignored;
     bool empty = !is_there(root_);
@@ -122,25 +130,25 @@ Status RunFolder::check() const {
         empty = !run && (is_there(root_ / kPrepared) || std::ranges::all_of(names, is_begun));
     }
     if (empty || (run && mode_ == Mode::kReplace)) return {};
-    return bad_state("'%s' is there%s", root_.c_str(),
+    return bad_state("'%s' is there%s", root_.string().c_str(),
                      run ? " and holds a run: resume it, overwrite it, or choose another folder"
                          : " and is not a run: choose another folder");
 }
 
 Status RunFolder::lock() {
-    if (lock_ >= 0) return {};
+    if (lock_ != os::kNoHandle) return {};
     const fs::path path = root_ / kLock;
-    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (file < 0) return cannot("open", path, std::strerror(errno));
-    if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
+    const os::Handle file = os::open(path.string(), os::Open::kUpdate);
+    if (file == os::kNoHandle) return cannot("open", path, os::reason(errno));
+    if (os::lock(file, os::Lock::kExclusive, false) != 0) {
         const int reason = errno;
         const std::string process = process_of(file);
-        ::close(file);
-        if (reason != EWOULDBLOCK) return cannot("lock", path, std::strerror(reason));
+        os::close(file);
+        if (reason != EWOULDBLOCK) return cannot("lock", path, os::reason(reason));
         return bad_state(
             "'%s' is in use: a run of %s is open in it; wait for its end, stop it, or "
             "choose another folder",
-            root_.c_str(), process.c_str());
+            root_.string().c_str(), process.c_str());
     }
     lock_ = file;
     generation_ = fork_generation();
@@ -158,8 +166,7 @@ Result<std::vector<fs::path>> RunFolder::own_files(const std::vector<std::string
         SPLAT_ASSIGN(const std::vector<std::string> names, names_in(root_ / folder));
         for (const std::string& name : names)
             if (std::ranges::any_of(own, [&](const std::string& pattern) {
-                    return ::fnmatch((pattern + suffix).c_str(), (folder + name).c_str(),
-                                     FNM_PATHNAME) == 0;
+                    return matches(folder + name, pattern + suffix);
                 }))
                 found.push_back(root_ / folder / name);
     }

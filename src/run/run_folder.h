@@ -8,6 +8,7 @@
 
 #include "core/json_tree.h"
 #include "core/no_copy.h"
+#include "core/os/file.h"
 
 namespace splat::run {
 
@@ -85,8 +86,8 @@ class RunFolder : NoCopy {
 
     std::filesystem::path root_;
     Mode mode_;
-    int lock_ = -1;                 ///< descriptor of the lock file
-    std::uint32_t generation_ = 0;  ///< fork_generation() of the process that locked it
+    os::Handle lock_ = os::kNoHandle;  ///< the lock file
+    std::uint32_t generation_ = 0;     ///< fork_generation() of the process that locked it
 };
 
 }  // namespace splat::run

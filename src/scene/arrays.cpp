@@ -13,6 +13,15 @@ std::array<Attribute, 5> attributes(std::uint32_t sh_degree) {
              {"sh", &Gaussians::sh, 3 * std::size_t{sh_coefficients(sh_degree)}}}};
 }
 
+std::vector<std::string> drawn_as_names(const DrawnAs& drawn_as) {
+    std::vector<std::string> names;
+    if (drawn_as.antialiased) names.emplace_back("antialiased");
+    if (drawn_as.by_distance) names.emplace_back("by distance");
+    if (drawn_as.three_sigma) names.emplace_back("3 sigma");
+    if (drawn_as.linear_colors) names.emplace_back("linear colours");
+    return names;
+}
+
 Quaternion rotation_at(const Gaussians& g, std::size_t i) {
     const float* const q = &g.rotations[4 * i];
     return glm::quat(q[0], q[1], q[2], q[3]);
@@ -33,12 +42,36 @@ Status check_arrays(const Gaussians& g) {
 Gaussians make_gaussians(std::size_t count, std::uint32_t sh_degree) {
     Gaussians g;
     g.sh_degree = sh_degree;
-    for (const auto& [name, array, each] : attributes(sh_degree)) (g.*array).resize(count * each);
+    resize(g, count);
     return g;
+}
+
+void resize(Gaussians& g, std::size_t count) {
+    for (const auto& [name, array, each] : attributes(g.sh_degree)) (g.*array).resize(count * each);
+}
+
+Gaussians reserve_gaussians(std::size_t count, std::uint32_t sh_degree) {
+    Gaussians g;
+    g.sh_degree = sh_degree;
+    for (const auto& [name, array, each] : attributes(sh_degree)) (g.*array).reserve(count * each);
+    return g;
+}
+
+Gaussians part(const Gaussians& from, std::size_t first, std::size_t count) {
+    SPLAT_ASSERT(first <= from.count() && count <= from.count() - first);
+    Gaussians to;
+    to.sh_degree = from.sh_degree;
+    to.drawn_as = from.drawn_as;
+    for (const auto& [name, array, each] : attributes(from.sh_degree)) {
+        const float* const at = (from.*array).data() + first * each;
+        (to.*array).assign(at, at + count * each);
+    }
+    return to;
 }
 
 Gaussians gather(const Gaussians& from, const std::vector<std::size_t>& indices) {
     Gaussians to = make_gaussians(indices.size(), from.sh_degree);
+    to.drawn_as = from.drawn_as;
     for (const auto& [name, array, each] : attributes(from.sh_degree)) {
         float* place = (to.*array).data();
         for (const std::size_t index : indices) {
@@ -49,16 +82,20 @@ Gaussians gather(const Gaussians& from, const std::vector<std::size_t>& indices)
     return to;
 }
 
-Gaussians with_sh_degree(const Gaussians& from, std::uint32_t sh_degree) {
-    Gaussians to = from;
-    if (sh_degree == from.sh_degree) return to;
-    const std::size_t old_each = sh_coefficients(from.sh_degree) * 3;
+void set_sh_degree(Gaussians& g, std::uint32_t sh_degree) {
+    if (sh_degree == g.sh_degree) return;
+    const std::size_t old_each = sh_coefficients(g.sh_degree) * 3;
     const std::size_t new_each = sh_coefficients(sh_degree) * 3;
-    to.sh_degree = sh_degree;
-    to.sh.assign(from.count() * new_each, 0.0F);
-    for (std::size_t i = 0; i < from.count(); ++i)
-        std::copy_n(&from.sh[i * old_each], std::min(old_each, new_each), &to.sh[i * new_each]);
-    return to;
+    std::vector<float> sh(g.count() * new_each);
+    for (std::size_t i = 0; i < g.count(); ++i)
+        std::copy_n(&g.sh[i * old_each], std::min(old_each, new_each), &sh[i * new_each]);
+    g.sh = std::move(sh);
+    g.sh_degree = sh_degree;
+}
+
+Gaussians with_sh_degree(Gaussians g, std::uint32_t sh_degree) {
+    set_sh_degree(g, sh_degree);
+    return g;
 }
 
 std::size_t normalise_rotations(Gaussians& g) {

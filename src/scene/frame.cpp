@@ -7,8 +7,8 @@
 namespace splat::scene {
 namespace {
 
-constexpr std::array<const char*, 8> kNames = {"RDF", "RUB", "LUF", "RUF",
-                                               "LDB", "RDB", "LUB", "LDF"};
+constexpr std::array<const char*, 8> kFrameNames = {"RDF", "RUB", "LUF", "RUF",
+                                                    "LDB", "RDB", "LUB", "LDF"};
 
 using Signs = std::array<float, 3>;
 
@@ -29,7 +29,7 @@ std::array<float, kMaxShCoefficients> sh_signs(const Signs& signs) {
 }  // namespace
 
 const char* frame_name(Frame frame) {
-    return kNames[static_cast<std::size_t>(frame)];
+    return kFrameNames[static_cast<std::size_t>(frame)];
 }
 
 void convert_frame(Gaussians& g, Frame from, Frame to) {

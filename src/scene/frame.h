@@ -8,8 +8,8 @@ namespace splat::scene {
 /// back. Scenes in memory are kRdf.
 enum class Frame : std::uint8_t {
     kRdf,  ///< 3DGS .ply files, .splat, COLMAP, OpenCV
-    kRub,  ///< .spz, OpenGL, three.js, glTF seen along -z
-    kLuf,  ///< glTF as its specification draws it
+    kRub,  ///< .spz, OpenGL, three.js
+    kLuf,  ///< .gltf and .glb: the specification of glTF has +Z forward, -X right
     kRuf,  ///< Unity
     kLdb,
     kRdb,

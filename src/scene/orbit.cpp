@@ -67,6 +67,8 @@ Result<double> orbit_distance(const Body& body, const Vec3& up, const Camera& le
 Body body_of(const Gaussians& g) {
     Body body;
     std::vector<double> weights;
+    body.means.reserve(g.count());
+    weights.reserve(g.count());
     const auto take = [&](double least) {
         for (std::size_t i = 0; i < g.count(); ++i) {
             const double opacity = opacity_of(static_cast<double>(g.opacity_logits[i]));

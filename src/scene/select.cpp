@@ -69,6 +69,18 @@ Result<Gaussians> crop(const Gaussians& g, const Box& box) {
     });
 }
 
+Result<Gaussians> crop_sphere(const Gaussians& g, const Vec3& center, double radius) {
+    SPLAT_TRY(check_arrays(g));
+    if (!is_finite(center))
+        return invalid("crop: centre %g, %g, %g, expected finite numbers", center[0], center[1],
+                       center[2]);
+    if (!(radius >= 0)) return invalid("crop: radius %g, expected >= 0", radius);
+    return select(g, [&](std::size_t i) {
+        const Vec3 mean = glm::make_vec3(&g.means[i * 3]);
+        return is_finite(mean) && glm::length(mean - center) <= radius;
+    });
+}
+
 Result<Gaussians> filter_by_opacity(const Gaussians& g, double least) {
     SPLAT_TRY(check_arrays(g));
     if (!(least >= 0 && least <= 1)) return invalid("opacity threshold %g, expected 0 to 1", least);
@@ -97,6 +109,7 @@ Result<Gaussians> merge(const std::vector<Gaussians>& scenes) {
         SPLAT_TRY(check_arrays(scene));
         all.sh_degree = std::max(all.sh_degree, scene.sh_degree);
     }
+    if (!scenes.empty()) all.drawn_as = scenes.front().drawn_as;
     for (const Gaussians& scene : scenes) {
         const Gaussians part = with_sh_degree(scene, all.sh_degree);
         for (const Attribute& attribute : attributes(all.sh_degree)) {
@@ -107,8 +120,7 @@ Result<Gaussians> merge(const std::vector<Gaussians>& scenes) {
     return all;
 }
 
-Result<Gaussians> sort_morton(const Gaussians& g) {
-    SPLAT_TRY(check_arrays(g));
+std::vector<std::size_t> morton_order(const Gaussians& g) {
     const Box box = bounds_of(finite_means(g));
     std::vector<std::uint64_t> codes(g.count());
     for (std::size_t i = 0; i < g.count(); ++i) codes[i] = morton_code(g, i, box);
@@ -116,7 +128,12 @@ Result<Gaussians> sort_morton(const Gaussians& g) {
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::stable_sort(order,
                              [&](std::size_t a, std::size_t b) { return codes[a] < codes[b]; });
-    return gather(g, order);
+    return order;
+}
+
+Result<Gaussians> sort_morton(const Gaussians& g) {
+    SPLAT_TRY(check_arrays(g));
+    return gather(g, morton_order(g));
 }
 
 }  // namespace splat::scene

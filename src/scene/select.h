@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include "core/status.h"
 #include "scene/gaussians.h"
 #include "scene/vector.h"
@@ -23,6 +26,10 @@ Box bounds_of(const std::vector<Vec3>& points);
 /// check_arrays().
 Result<Gaussians> crop(const Gaussians& gaussians, const Box& box);
 
+/// The Gaussians whose mean is at most `radius` from `center`, in their order; means that are not finite are outside.
+/// Errors: kInvalidArgument for a centre that is not finite or a radius that is not >= 0, or as check_arrays().
+Result<Gaussians> crop_sphere(const Gaussians& gaussians, const Vec3& center, double radius);
+
 /// The Gaussians whose opacity is >= this one (0 to 1), in their order; a logit of NaN is below every opacity.
 /// Errors: kInvalidArgument.
 Result<Gaussians> filter_by_opacity(const Gaussians& gaussians, double least);
@@ -32,12 +39,14 @@ Result<Gaussians> filter_by_opacity(const Gaussians& gaussians, double least);
 Result<Gaussians> remove_invalid(const Gaussians& gaussians);
 
 /// All Gaussians of the scenes, one scene after the other, with the highest of their degrees; the
-/// bands that a scene lacks are zeros. Errors: kInvalidArgument.
+/// bands that a scene lacks are zeros. Drawn as the first one. Errors: kInvalidArgument.
 Result<Gaussians> merge(const std::vector<Gaussians>& scenes);
 
-/// The Gaussians along a Morton curve through their bounds: neighbours in space become neighbours
-/// in memory. Gaussians at equal places keep their order; means that are not finite come last. Errors:
-/// kInvalidArgument.
+/// The indices of the Gaussians along a Morton curve through their bounds: neighbours in space become
+/// neighbours. Gaussians at equal places keep their order; means that are not finite come last.
+std::vector<std::size_t> morton_order(const Gaussians& gaussians);
+
+/// The Gaussians in their Morton order. Errors: kInvalidArgument.
 Result<Gaussians> sort_morton(const Gaussians& gaussians);
 
 }  // namespace splat::scene

@@ -1,10 +1,5 @@
 #include "self_test/notes.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -14,6 +9,7 @@
 #include <sstream>
 
 #include "core/fork.h"
+#include "core/os/process.h"
 
 namespace splat::self_test {
 namespace {
@@ -51,25 +47,26 @@ void note(const std::string& path, std::string line) {
     std::ofstream(path, std::ios::app) << line << "\n";
 }
 
-/// The file, locked; -1 if it is not there, is no file, another test has it, or one has just removed it.
-int open_locked(const std::string& path, int flags) {
-    const int file = ::open(path.c_str(), flags | O_RDWR | O_CLOEXEC | O_NONBLOCK, 0644);
-    struct stat info {};
-    if (file < 0 ||
-        (::fstat(file, &info) == 0 && S_ISREG(info.st_mode) &&
-         ::flock(file, LOCK_EX | LOCK_NB) == 0 && ::fstat(file, &info) == 0 && info.st_nlink > 0))
+/// The file, locked; kNoHandle if it is not there, is no file, another test has it, or one has just removed it.
+os::Handle open_locked(const std::string& path, os::Open how) {
+    const os::Handle file = os::open(path, how);
+    os::FileInfo info;
+    if (file == os::kNoHandle ||
+        (os::examine(file, info) == 0 && info.kind == os::FileKind::kFile &&
+         os::lock(file, os::Lock::kExclusive, false) == 0 && os::examine(file, info) == 0 &&
+         info.links > 0))
         return file;
-    ::close(file);
-    return -1;
+    os::close(file);
+    return os::kNoHandle;
 }
 
 /// A call of exit() by another thread ends the test, too, and tells nothing of it.
 struct AtExit {
-    const pid_t process = ::getpid();  ///< a forked child has no test
+    const std::int64_t process = os::process_id();  ///< a forked child has no test
     ~AtExit() {
-        if (::getpid() != process) return;
+        if (os::process_id() != process) return;
         const std::lock_guard lock(known().mutex);
-        for (const std::string& path : known().testing) ::unlink(path.c_str());
+        for (const std::string& path : known().testing) os::remove(path);
     }
 };
 
@@ -104,7 +101,7 @@ void note_failed(const std::string& file, const std::string& key, const std::str
 }
 
 Testing::Testing(const std::string& file, const std::vector<std::string>& keys)
-    : path_(file + ".testing"), descriptor_(-1) {
+    : path_(file + ".testing"), handle_(os::kNoHandle) {
     static const AtExit at_exit;
     if (file.empty() || keys.empty()) return;
     std::string text;
@@ -114,17 +111,17 @@ Testing::Testing(const std::string& file, const std::vector<std::string>& keys)
     const std::lock_guard lock(known().mutex);
     const auto added = known().testing.insert(path_);
     // From here on nothing needs memory.
-    descriptor_ = open_locked(path_, O_CREAT);
-    if (descriptor_ < 0)
+    handle_ = open_locked(path_, os::Open::kUpdate);
+    if (handle_ == os::kNoHandle)
         known().testing.erase(added);
     else
-        static_cast<void>(!::write(descriptor_, text.data(), text.size()));  // a full disk: no note
+        os::write(handle_, text.data(), text.size(), {});  // a full disk: no note
 }
 
 Testing::~Testing() {
-    if (descriptor_ < 0) return;
-    ::unlink(path_.c_str());
-    ::close(descriptor_);
+    if (handle_ == os::kNoHandle) return;
+    os::remove(path_);
+    os::close(handle_);
     const std::lock_guard lock(known().mutex);
     known().testing.erase(known().testing.find(path_));
 }
@@ -138,15 +135,17 @@ void note_suspect(const std::string& file, const std::string& key, const std::st
 
 std::vector<std::string> unfinished(const std::string& file, bool remove) {
     const std::string path = file + ".testing";
-    const int descriptor = file.empty() ? -1 : open_locked(path, 0);
-    if (descriptor < 0) return {};
+    const os::Handle handle =
+        file.empty() ? os::kNoHandle : open_locked(path, os::Open::kUpdateOld);
+    if (handle == os::kNoHandle) return {};
     std::string text(1 << 14, '\0');
-    const ssize_t read = ::pread(descriptor, text.data(), text.size(), 0);
-    std::istringstream lines(text.substr(0, static_cast<std::size_t>(std::max<ssize_t>(read, 0))));
+    const std::int64_t read = os::read(handle, text.data(), text.size(), 0);
+    std::istringstream lines(
+        text.substr(0, static_cast<std::size_t>(std::max<std::int64_t>(read, 0))));
     std::vector<std::string> keys;
     for (std::string key; std::getline(lines, key);) keys.push_back(key);
-    if (remove) ::unlink(path.c_str());
-    ::close(descriptor);
+    if (remove) os::remove(path);
+    os::close(handle);
     return keys;
 }
 

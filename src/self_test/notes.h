@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/no_copy.h"
+#include "core/os/file.h"
 
 /// What is known of kernels: in this process, and in a file beside the pipeline cache, a line each. Keys name driver,
 /// version of the library and kernels. `file` may be empty: none.
@@ -26,7 +27,7 @@ class Testing : NoCopy {
 
   private:
     std::string path_;
-    int descriptor_;
+    os::Handle handle_;
 };
 
 /// Note a failure that may have another cause than the kernels: a process that somebody killed, a device that another

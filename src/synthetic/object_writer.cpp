@@ -1,12 +1,10 @@
 #include "synthetic/object_writer.h"
 
-#include <signal.h>
-
-#include <cerrno>
 #include <filesystem>
 #include <numbers>
 
 #include "core/json_writer.h"
+#include "core/os/process.h"
 #include "io/file.h"
 #include "io/folder.h"
 #include "scene/camera_pose.h"
@@ -71,7 +69,7 @@ Status check_manifest(const WriterDesc& desc, const fs::path& folder) {
     return invalid(
         "'%s' holds data made with other values: %.*sexpected: %suse another folder, "
         "or the same values to add objects",
-        folder.c_str(), static_cast<int>(found.size()), io::as_text(found).data(),
+        folder.string().c_str(), static_cast<int>(found.size()), io::as_text(found).data(),
         expected.c_str());
 }
 
@@ -112,7 +110,7 @@ void remove_stale(const fs::path& folder, const std::string& name) {
         const std::string found = entry.path().filename().string();
         if (found.compare(0, prefix.size(), prefix) != 0) continue;
         const int process = std::atoi(found.c_str() + prefix.size());
-        if (process > 0 && ::kill(process, 0) != 0 && errno == ESRCH) fs::remove_all(entry, code);
+        if (process > 0 && !os::may_run(process)) fs::remove_all(entry, code);
     }
 }
 

@@ -1,19 +1,21 @@
 #include "tables/duckdb_library.h"
 
-#include <dlfcn.h>
-
 #include <filesystem>
 #include <map>
 #include <memory>
 
 #include "core/environment.h"
 #include "core/fork.h"
+#include "core/os/library.h"
 
 namespace splat::tables {
 namespace {
 
-constexpr const char* kLibrary = "libduckdb.so";
 constexpr const char* kVariable = "SPLAT_DUCKDB_LIBRARY";
+
+std::string file_name() {
+    return os::library_file("duckdb");
+}
 
 /// How to get the library, after what was tried.
 Status no_duckdb(const std::string& tried) {
@@ -21,12 +23,7 @@ Status no_duckdb(const std::string& tried) {
         "Parquet files are read and written by DuckDB, which was not found: %s. Get it with 'npm "
         "pack @duckdb/node-bindings-linux-x64' (linux-arm64 on ARM), unpack the .tgz, and set %s "
         "to its package/%s",
-        tried.c_str(), kVariable, kLibrary);
-}
-
-std::string load_error() {
-    const char* const text = dlerror();
-    return text == nullptr ? "unknown reason" : text;
+        tried.c_str(), kVariable, file_name().c_str());
 }
 
 /// The places of the library: its path, and the words of an error.
@@ -37,15 +34,15 @@ struct Place {
 std::vector<Place> places(const std::string& path) {
     if (!path.empty()) return {{path, "the given library"}};
     if (const auto set = environment(kVariable)) return {{*set, kVariable}};
-    const std::string beside = (std::filesystem::path(library_folder()) / kLibrary).string();
-    return {{beside, "beside libsplat"}, {kLibrary, "the loader's path"}};
+    const std::string beside = (std::filesystem::path(library_folder()) / file_name()).string();
+    return {{beside, "beside libsplat"}, {file_name(), "the loader's path"}};
 }
 
 Result<duckdb::Api> functions_of(void* library, const std::string& path) {
     duckdb::Api api;
     const char* missing = nullptr;
-#define SPLAT_DUCKDB_FIND(result, name, parameters)                                   \
-    api.name = reinterpret_cast<decltype(api.name)>(dlsym(library, "duckdb_" #name)); \
+#define SPLAT_DUCKDB_FIND(result, name, parameters)                                             \
+    api.name = reinterpret_cast<decltype(api.name)>(os::function_of(library, "duckdb_" #name)); \
     if (api.name == nullptr && missing == nullptr) missing = "duckdb_" #name;
     SPLAT_DUCKDB_FUNCTIONS(SPLAT_DUCKDB_FIND)
 #undef SPLAT_DUCKDB_FIND
@@ -57,13 +54,13 @@ Result<duckdb::Api> functions_of(void* library, const std::string& path) {
 Result<std::unique_ptr<duckdb::Api>> load(const std::string& path) {
     std::string tried;
     for (const Place& place : places(path)) {
-        // Never closed: its threads and static objects are not made for it.
-        void* const library = dlopen(place.path.c_str(), RTLD_NOW | RTLD_LOCAL);
+        std::string failed;
+        void* const library = os::load_library(place.path, failed);
         if (library != nullptr) {
             SPLAT_ASSIGN(const duckdb::Api api, functions_of(library, place.path));
             return std::make_unique<duckdb::Api>(api);
         }
-        tried += (tried.empty() ? "" : "; ") + place.name + ": " + load_error();
+        tried += (tried.empty() ? "" : "; ") + place.name + ": " + failed;
     }
     return no_duckdb(tried);
 }

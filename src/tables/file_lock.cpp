@@ -1,9 +1,5 @@
 #include "tables/file_lock.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <cerrno>
 
 #include "core/fork.h"
@@ -11,15 +7,16 @@
 
 namespace splat::tables {
 
-Result<FileLock> lock_file(const std::string& path, int operation, const std::string& what) {
-    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (file < 0) return io::system_error(errno, "create", path);
-    // A forked child has the descriptor, too: without LOCK_UN the lock would last as long as the child.
+Result<FileLock> lock_file(const std::string& path, os::Lock kind, bool wait,
+                           const std::string& what) {
+    const os::Handle file = os::open(path, os::Open::kUpdate);
+    if (file == os::kNoHandle) return io::system_error(errno, "create", path);
+    // A forked child has the handle, too: without this the lock would last as long as the child.
     FileLock lock(nullptr, [file, generation = fork_generation()](void*) {
-        if (generation == fork_generation()) ::flock(file, LOCK_UN);
-        ::close(file);
+        if (generation == fork_generation()) os::unlock(file);
+        os::close(file);
     });
-    while (::flock(file, operation) != 0) {
+    while (os::lock(file, kind, wait) != 0) {
         if (errno == EWOULDBLOCK)
             return bad_state("%s is in use: another process imports into it; wait for its end",
                              what.c_str());

@@ -1,11 +1,6 @@
 #include "tables/record_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
-#include <cstring>
 #include <limits>
 
 #include "core/fault.h"
@@ -18,32 +13,32 @@ namespace {
 
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::int64_t>::max();
 
-Status write_at(int file, std::uint64_t offset, io::Bytes bytes, const std::string& path) {
+Status write_at(os::Handle file, std::uint64_t offset, io::Bytes bytes, const std::string& path) {
     if (SPLAT_FAULT("tables.write")) return io::system_error(ENOSPC, "write", path);
     return io::write_all(file, bytes, path, offset);
 }
 
 /// A file of this header and size, created unless it is there; its space is taken now where the file system
 /// can do that, so that a full disk fails here.
-Result<int> open_sized(const std::string& path, const io::Buffer& header, std::uint64_t bytes) {
-    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (file < 0) return io::system_error(errno, "create", path);
-    const auto size = static_cast<off_t>(header.size() + bytes);
-    struct stat info {};
+Result<os::Handle> open_sized(const std::string& path, const io::Buffer& header,
+                              std::uint64_t bytes) {
+    const os::Handle file = os::open(path, os::Open::kUpdate);
+    if (file == os::kNoHandle) return io::system_error(errno, "create", path);
+    const std::uint64_t size = header.size() + bytes;
+    os::FileInfo info;
     Status status;
-    if (::fstat(file, &info) != 0) status = io::system_error(errno, "examine", path);
-    if (status.ok() && info.st_size != size) {
-        const int taken =
-            SPLAT_FAULT("tables.allocate") ? ENOSPC : ::posix_fallocate(file, 0, size);
-        if (taken != 0 && taken != EOPNOTSUPP && taken != EINVAL)
+    if (os::examine(file, info) != 0) status = io::system_error(errno, "examine", path);
+    if (status.ok() && info.bytes != size) {
+        const int taken = SPLAT_FAULT("tables.allocate") ? ENOSPC : os::reserve(file, size);
+        if (taken != 0)
             status = Status(Code::kIo, format("cannot take %llu bytes for '%s': %s", llu(size),
-                                              path.c_str(), std::strerror(taken)));
-        else if (::ftruncate(file, size) != 0)
+                                              path.c_str(), os::reason(taken).c_str()));
+        else if (os::resize(file, size) != 0)
             status = io::system_error(errno, "resize", path);
     }
     if (status.ok()) status = write_at(file, 0, header, path);
     if (status.ok()) return file;
-    ::close(file);
+    os::close(file);
     return status;
 }
 
@@ -72,8 +67,8 @@ RecordFile::RecordFile(const std::string& folder, const std::string& name, const
       crcs_(shape.shape.front()) {}
 
 RecordFile::~RecordFile() {
-    for (const int file : {file_, crc_file_})
-        if (file >= 0) ::close(file);
+    for (const os::Handle file : {file_, crc_file_})
+        if (file != os::kNoHandle) os::close(file);
 }
 
 Status RecordFile::open_to_read() {
@@ -112,8 +107,8 @@ Status RecordFile::put(std::uint64_t record, io::Bytes bytes) {
 }
 
 Status RecordFile::flush() {
-    for (const int file : {file_, crc_file_})
-        while (::fsync(file) != 0)
+    for (const os::Handle file : {file_, crc_file_})
+        while (os::flush(file) != 0)
             if (errno != EINTR) return io::system_error(errno, "flush", path_);
     return {};
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/os/file.h"
 #include "core/status.h"
 #include "io/bytes.h"
 #include "io/file.h"
@@ -51,7 +52,7 @@ class RecordFile : NoCopy {
     std::uint64_t bytes_;
     std::vector<std::uint32_t> crcs_;  ///< checksums at opening
     std::shared_ptr<const io::Source> source_;
-    int file_ = -1, crc_file_ = -1;  ///< to write
+    os::Handle file_ = os::kNoHandle, crc_file_ = os::kNoHandle;  ///< to write
 };
 
 }  // namespace splat::tables

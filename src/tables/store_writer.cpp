@@ -1,5 +1,3 @@
-#include <sys/file.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <regex>
@@ -46,7 +44,7 @@ Status remove_file(const fs::path& path) {
         failed = std::make_error_code(std::errc::io_error);
     else
         fs::remove(path, failed);
-    return failed ? io::system_error(failed.value(), "remove", path.string()) : Status();
+    return failed ? io::system_error(failed, "remove", path.string()) : Status();
 }
 
 }  // namespace
@@ -69,18 +67,19 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& folder
 Status StoreWriter::lock() {
     const bool alone = part_.count == 1;
     const std::string what = "'" + folder_ + "'";
-    SPLAT_ASSIGN(lock_, lock_file(folder_ + "/lock", LOCK_NB | (alone ? LOCK_EX : LOCK_SH), what));
+    SPLAT_ASSIGN(lock_, lock_file(folder_ + "/lock",
+                                  alone ? os::Lock::kExclusive : os::Lock::kShared, false, what));
     if (alone) return {};
     SPLAT_ASSIGN(part_lock_,
-                 lock_file(folder_ + "/" + part_name("lock", part_, ""), LOCK_NB | LOCK_EX,
-                           format("shard %u of %u of ", part_.index, part_.count) + what));
+                 lock_file(folder_ + "/" + part_name("lock", part_, ""), os::Lock::kExclusive,
+                           false, format("shard %u of %u of ", part_.index, part_.count) + what));
     return {};
 }
 
 /// Parts begin and end one after the other.
 Result<FileLock> StoreWriter::lock_start() const {
     if (part_.count == 1) return FileLock();
-    return lock_file(folder_ + "/lock_start", LOCK_EX, folder_);
+    return lock_file(folder_ + "/lock_start", os::Lock::kExclusive, true, folder_);
 }
 
 Status StoreWriter::check(bool replace) {

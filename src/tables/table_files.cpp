@@ -1,9 +1,8 @@
 #include "tables/table_files.h"
 
-#include <sys/stat.h>
-
 #include <filesystem>
 
+#include "core/os/file.h"
 #include "io/folder.h"
 
 namespace splat::tables {
@@ -156,12 +155,11 @@ std::string fingerprint_of(const std::vector<TableFiles>& tables) {
     std::string text;
     for (const TableFiles& table : tables)
         for (const std::string& file : table.files) {
-            struct stat info {};
-            const bool known = ::stat(file.c_str(), &info) == 0;
-            const long long time = lld(info.st_mtim.tv_sec) * 1000000000LL + info.st_mtim.tv_nsec;
-            text +=
-                format("%s %s %lld %lld\n", kind_of(table.table).name,
-                       fs::path(file).filename().c_str(), known ? lld(info.st_size) : -1LL, time);
+            os::FileInfo info;
+            const bool known = os::examine(file, info) == 0;
+            text += format("%s %s %lld %lld\n", kind_of(table.table).name,
+                           fs::path(file).filename().string().c_str(),
+                           known ? lld(info.bytes) : -1LL, lld(info.changed_ns));
         }
     return text;
 }

@@ -1,13 +1,11 @@
 #include "tables/table_writer.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
 
 #include "core/fault.h"
+#include "core/os/file.h"
 #include "io/file.h"
 #include "io/folder.h"
 
@@ -21,12 +19,13 @@ constexpr std::uint64_t kMaxGroupBytes = std::uint64_t{32} << 20;
 
 /// Waits until the disk has the file.
 Status flush_file(const std::string& path) {
-    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0) return io::system_error(errno, "open", path);
+    const os::Handle file = os::open(path, os::Open::kUpdateOld);
+    if (file == os::kNoHandle) return io::system_error(errno, "open", path);
     Status status;
-    while (status.ok() && (SPLAT_FAULT("tables.flush") ? (errno = ENOSPC, -1) : ::fsync(file)) != 0)
+    while (status.ok() &&
+           (SPLAT_FAULT("tables.flush") ? (errno = ENOSPC, -1) : os::flush(file)) != 0)
         if (errno != EINTR) status = io::system_error(errno, "flush", path);
-    ::close(file);
+    os::close(file);
     return status;
 }
 
@@ -60,7 +59,7 @@ Status write_table_file(Session& session, const std::string& path, Table table, 
     if (status.ok()) status = flush_file(temporary);
     if (status.ok()) {
         fs::rename(temporary, target, failed);
-        if (failed) status = io::system_error(failed.value(), "rename", path);
+        if (failed) status = io::system_error(failed, "rename", path);
     }
     if (!status.ok()) fs::remove(temporary, failed);
     return status;

@@ -1,13 +1,12 @@
 #include "vk/device.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstring>
 
 #include "core/environment.h"
 #include "core/fault.h"
 #include "core/log.h"
+#include "core/os/memory.h"
 #include "core/parallel.h"
 #include "vk/device_choice.h"
 #include "vk/device_exit.h"
@@ -92,11 +91,7 @@ bool host_has_many_registers() {
 }
 
 bool host_has_large_code_cache() {
-#if defined(_SC_LEVEL1_ICACHE_SIZE)
-    return ::sysconf(_SC_LEVEL1_ICACHE_SIZE) >= 64 << 10;
-#else
-    return false;
-#endif
+    return os::code_cache_bytes() >= 64 << 10;
 }
 
 /// False on Intel CPUs with AVX-512, see shaders/include/store.glsl. AMD CPUs are 1.45 times as fast with packed

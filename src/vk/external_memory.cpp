@@ -1,17 +1,11 @@
 #include "vk/external_memory.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 
 #include "core/checked_math.h"
+#include "core/os/file.h"
 #include "vk/device_choice.h"
 #include "vk/memory.h"
-
-#if !defined(VK_USE_PLATFORM_WIN32_KHR)
-#include <fcntl.h>
-#include <unistd.h>
-#endif
 
 namespace splat::vk {
 namespace {
@@ -68,32 +62,31 @@ VkResult handle_of(Device& device, VkDeviceMemory memory, std::int64_t& handle) 
 /// The driver takes a descriptor if it succeeds, so it gets another.
 VkResult import_handle(Device& device, VkMemoryAllocateInfo& info, std::int64_t handle,
                        VkDeviceMemory& memory) {
-    const VkImportMemoryFdInfoKHR import{
-        .sType = VK_STRUCTURE_TYPE_IMPORT_MEMORY_FD_INFO_KHR,
-        .handleType = kExternalHandle,
-        .fd = ::fcntl(static_cast<int>(handle), F_DUPFD_CLOEXEC, 0)};
+    const VkImportMemoryFdInfoKHR import{.sType = VK_STRUCTURE_TYPE_IMPORT_MEMORY_FD_INFO_KHR,
+                                         .handleType = kExternalHandle,
+                                         .fd = os::duplicate(static_cast<int>(handle))};
     if (import.fd < 0) return VK_ERROR_TOO_MANY_OBJECTS;
     info.pNext = &import;
     const VkResult result = device.vk.vkAllocateMemory(device.handle(), &info, nullptr, &memory);
-    if (result != VK_SUCCESS) ::close(import.fd);
+    if (result != VK_SUCCESS) os::close(import.fd);
     return result;
 }
 
 /// Drivers need not notice memory that is smaller than they are told, and lavapipe reads from any file, also from a
 /// pipe without an end.
 Status check_handle(const ExternalMemory& from) {
-    struct stat file {};
+    os::FileInfo file;
     if (from.handle < 0 || from.handle > INT32_MAX ||
-        ::fstat(static_cast<int>(from.handle), &file) != 0)
+        os::examine(static_cast<int>(from.handle), file) != 0)
         return invalid("the handle of the memory is %lld, which is no open file descriptor",
                        static_cast<long long>(from.handle));
-    if (S_ISFIFO(file.st_mode) || S_ISSOCK(file.st_mode) || S_ISDIR(file.st_mode))
+    if (file.kind == os::FileKind::kPipe || file.kind == os::FileKind::kFolder)
         return invalid("the handle of the memory is %lld, which is a pipe, a socket or a folder",
                        static_cast<long long>(from.handle));
-    const auto bytes = static_cast<std::uint64_t>(std::max<off_t>(file.st_size, 0));
-    if (bytes == 0 || bytes >= from.memory_bytes) return {};  // some drivers' files have no size
+    if (file.bytes == 0 || file.bytes >= from.memory_bytes)
+        return {};  // some drivers' files have no size
     return invalid("the memory is said to have %llu bytes, but its handle has %llu",
-                   llu(from.memory_bytes), llu(bytes));
+                   llu(from.memory_bytes), llu(file.bytes));
 }
 
 #endif

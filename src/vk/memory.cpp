@@ -1,13 +1,12 @@
 #include "vk/memory.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstring>
 
 #include "core/checked_math.h"
 #include "core/fault.h"
 #include "core/large_vector.h"
+#include "core/os/memory.h"
 
 namespace splat::vk {
 namespace {
@@ -17,10 +16,8 @@ constexpr std::uint64_t kGuardBytes = 64;
 
 std::uint64_t default_budget(const DeviceInfo& info) {
     if (info.kind != DeviceKind::kCpu) return info.limits.heap_bytes;
-    const long pages = sysconf(_SC_PHYS_PAGES);
-    const long page_bytes = sysconf(_SC_PAGESIZE);
-    if (pages <= 0 || page_bytes <= 0) return info.limits.heap_bytes;
-    return static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page_bytes) / 4 * 3;
+    const std::uint64_t bytes = os::machine_bytes();
+    return bytes == 0 ? info.limits.heap_bytes : bytes / 4 * 3;
 }
 
 void fill_words(std::byte* at, std::uint64_t bytes, std::uint32_t word) {

@@ -1,19 +1,19 @@
 #include "vk/pipeline_cache_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
+
+#include "core/os/file.h"
+#include "core/os/path.h"
 
 namespace splat::vk {
 namespace {
 
 constexpr char kCacheMagic[8] = {'S', 'P', 'L', 'A', 'T', 'P', 'C', '1'};
+constexpr int kMostNames = 100;
 constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20;
 
 struct Header {
@@ -41,16 +41,16 @@ Header header_for(const DeviceInfo& info, const std::vector<std::byte>& data) {
 }
 
 struct File {
-    int descriptor;
+    os::Handle handle;
     ~File() {
-        if (descriptor >= 0) ::close(descriptor);
+        if (handle != os::kNoHandle) os::close(handle);
     }
 };
 
 bool read_all(const File& file, void* to, std::size_t bytes) {
     auto* at = static_cast<char*>(to);
     while (bytes > 0) {
-        const ssize_t got = ::read(file.descriptor, at, bytes);
+        const std::int64_t got = os::read(file.handle, at, bytes, {});
         if (got < 0 && errno == EINTR) continue;
         if (got <= 0) return false;
         at += got;
@@ -62,7 +62,7 @@ bool read_all(const File& file, void* to, std::size_t bytes) {
 bool write_all(const File& file, const void* from, std::size_t bytes) {
     const auto* at = static_cast<const char*>(from);
     while (bytes > 0) {
-        const ssize_t put = ::write(file.descriptor, at, bytes);
+        const std::int64_t put = os::write(file.handle, at, bytes, {});
         if (put < 0 && errno == EINTR) continue;
         if (put <= 0) return false;
         at += put;
@@ -81,14 +81,12 @@ std::string pipeline_cache_path(const std::string& folder, const DeviceInfo& inf
 
 std::optional<std::vector<std::byte>> read_pipeline_cache(const std::string& path,
                                                           const DeviceInfo& info) {
-    // Does not wait for the writer of a FIFO.
-    const File file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
-    struct stat info_of_file {};
+    const File file{os::open(path, os::Open::kRead)};
+    os::FileInfo info_of_file;
     Header header{};
-    if (file.descriptor < 0 || ::fstat(file.descriptor, &info_of_file) != 0 ||
-        !S_ISREG(info_of_file.st_mode) || !read_all(file, &header, sizeof header) ||
-        header.bytes > kMaxBytes ||
-        static_cast<std::uint64_t>(info_of_file.st_size) != sizeof header + header.bytes)
+    if (file.handle == os::kNoHandle || os::examine(file.handle, info_of_file) != 0 ||
+        info_of_file.kind != os::FileKind::kFile || !read_all(file, &header, sizeof header) ||
+        header.bytes > kMaxBytes || info_of_file.bytes != sizeof header + header.bytes)
         return std::nullopt;
     std::vector<std::byte> data(header.bytes);
     if (!read_all(file, data.data(), data.size())) return std::nullopt;
@@ -102,18 +100,20 @@ bool write_pipeline_cache(const std::string& path, const DeviceInfo& info,
     std::error_code failed;
     std::filesystem::create_directories(std::filesystem::path(path).parent_path(), failed);
     if (failed) return false;
-    // A name of its own: processes in two containers, and two threads, may have the same number.
-    std::string part = path + ".XXXXXX";
-    const File file{::mkostemp(part.data(), O_CLOEXEC)};
-    if (file.descriptor < 0) return false;
-    static_cast<void>(::fchmod(file.descriptor, 0644));  // others may share the folder
+    // Processes in two containers may have the same number, and a killed one leaves its file.
+    std::string part;
+    File file{os::kNoHandle};
+    for (int i = 0; file.handle == os::kNoHandle && i < kMostNames; ++i)
+        file.handle = os::open(part = os::temporary_name(path), os::Open::kCreate);
+    if (file.handle == os::kNoHandle) return false;
+    os::set_permissions(file.handle, 0644);  // others may share the folder
     struct Cleanup {  // acts if memory runs out, too; after the rename there is nothing to remove
         const std::string& name;
-        ~Cleanup() { std::remove(name.c_str()); }
+        ~Cleanup() { os::remove(name); }
     } const cleanup{part};
     const Header header = header_for(info, data);
     return write_all(file, &header, sizeof header) && write_all(file, data.data(), data.size()) &&
-           std::rename(part.c_str(), path.c_str()) == 0;
+           os::rename(part, path) == 0;
 }
 
 }  // namespace splat::vk

@@ -1,6 +1,7 @@
 // Scenes through the C API. Most tests need no device.
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 
 #include <nlohmann/json.hpp>
@@ -112,9 +113,13 @@ TEST(ApiScene, FormatsAreListedByTheirNumbers) {
         const char* frame;
         bool written;
     } formats[] = {{"ply", SPLAT_SCENE_PLY, "RDF", true},
-                   {"compressed ply", SPLAT_SCENE_COMPRESSED_PLY, "RDF", false},
+                   {"compressed ply", SPLAT_SCENE_COMPRESSED_PLY, "RDF", true},
                    {"splat", SPLAT_SCENE_SPLAT, "RDF", true},
-                   {"spz", SPLAT_SCENE_SPZ, "RUB", true}};
+                   {"spz", SPLAT_SCENE_SPZ, "RUB", true},
+                   {"ksplat", SPLAT_SCENE_KSPLAT, "RDF", false},
+                   {"sog", SPLAT_SCENE_SOG, "RDF", true},
+                   {"gltf", SPLAT_SCENE_GLTF, "LUF", true},
+                   {"glb", SPLAT_SCENE_GLB, "LUF", true}};
     ASSERT_GE(list.size(), std::size(formats));
     for (std::size_t i = 0; i < std::size(formats); ++i) {
         EXPECT_EQ(list[i].at("name"), formats[i].name);
@@ -160,6 +165,27 @@ TEST(ApiScene, FilesComeBack) {
     EXPECT_EQ(values_of(loaded(saved(scene, turned), &turned), "means", 18), sample.means);
 }
 
+TEST(ApiScene, FilesBesideAGltfAreReadByItsPath) {
+    const SampleScene sample(4);
+    const std::string glb = saved(sample.create(), file_desc(SPLAT_SCENE_GLB));
+    constexpr std::size_t kStart = 20, kChunk = 8;  // where the JSON is; bytes before each chunk
+    std::uint32_t bytes = 0;
+    std::memcpy(&bytes, glb.data() + kStart - kChunk, sizeof bytes);
+    std::string report = glb.substr(kStart, bytes);
+    const std::string buffer = R"("buffers":[{)";
+    report.insert(report.find(buffer) + buffer.size(), R"("uri":"a.bin",)");
+    const Temporary folder;
+    std::ofstream(folder / "a.bin", std::ios::binary) << glb.substr(kStart + bytes + kChunk);
+    std::ofstream(folder / "a.gltf", std::ios::binary) << report;
+    const Scene by_path = got(splat_scene_load, (folder / "a.gltf").c_str(), nullptr);
+    EXPECT_EQ(values_of(by_path, "means", 12), sample.means);
+    EXPECT_TRUE(holds(load_report(by_path), R"("drawn_as": ["by distance", "3 sigma"])"));
+    const auto as_gltf = file_desc(SPLAT_SCENE_GLTF);
+    Output<splat_scene> out;
+    EXPECT_REFUSED(splat_scene_load_memory(report.data(), report.size(), &as_gltf, out.out()),
+                   kUnsupported, "read it by its path");
+}
+
 TEST(ApiScene, AFormatThatIsSaidChoosesTheReader) {
     SampleScene sample(4);
     // The first float of a .splat file is a position. Here its bytes are the magic of gzip.
@@ -203,7 +229,7 @@ TEST(ApiScene, RefusesFilesThatAreNot) {
                                   const char* part) {
         EXPECT_REFUSED(splat_scene_save_memory(scene, &desc, nullptr, 0, &needed), code, part);
     };
-    save_refused(file_desc(SPLAT_SCENE_COMPRESSED_PLY), kUnsupported, "read only");
+    save_refused(file_desc(SPLAT_SCENE_KSPLAT), kUnsupported, "read only");
     EXPECT_REFUSED(splat_scene_save_memory(scene, nullptr, nullptr, 0, &needed), kArgument,
                    "format is 0");
     auto old = file_desc(SPLAT_SCENE_SPZ), other = file_desc(SPLAT_SCENE_SPLAT);
@@ -250,6 +276,45 @@ TEST(ApiScene, IsMovedCutAndMerged) {
     const Scene merged = got(splat_scene_merge, both, 2);
     EXPECT_EQ(info_of(merged).count, left + 3);
     EXPECT_EQ(info_of(merged).sh_degree, 2U);
+}
+
+TEST(ApiScene, IsCutToASphereAndToADegree) {
+    const SampleScene sample(20, 1);
+    const Scene scene = sample.create();
+    const std::vector<double> center(sample.means.begin(), sample.means.begin() + 3);
+    EXPECT_DONE(splat_scene_crop_sphere(scene, center.data(), 0));
+    EXPECT_EQ(values_of(scene, "means", 3), Floats(sample.means.begin(), sample.means.begin() + 3));
+    std::uint64_t count = 0;
+    std::uint32_t degree = 0;
+    EXPECT_DONE(splat_scene_get_size(scene, &count, &degree));
+    EXPECT_EQ(count, 1U);
+    EXPECT_EQ(degree, 1U);
+    EXPECT_REFUSED(splat_scene_crop_sphere(scene, center.data(), -1), kArgument, "radius -1");
+    EXPECT_DONE(splat_scene_set_sh_degree(scene, 3));
+    EXPECT_EQ(values_of(scene, "sh", 48)[11], sample.sh[11]);
+    EXPECT_REFUSED(splat_scene_set_sh_degree(scene, 4), kArgument, "sh_degree is 4");
+    EXPECT_DONE(splat_scene_set_sh_degree(scene, 0));
+    EXPECT_DONE(splat_scene_get_size(scene, nullptr, &degree));
+    EXPECT_EQ(degree, 0U);
+}
+
+TEST(ApiScene, SaysWhatOtherRenderersNeed) {
+    SampleScene sample(4, 1);
+    sample.log_scales.assign(12, 0.0F);
+    sample.log_scales[5] = 6.5F;
+    sample.sh.assign(48, 1.0F);
+    sample.sh[9] = -3;
+    splat_scene_info info = info_of(sample.create());
+    EXPECT_EQ(info.bytes, 4U * 4 * (3 + 3 + 4 + 1 + 12));
+    EXPECT_EQ(info.device_bytes, 4U * 4 * (12 + 12));
+    EXPECT_EQ(info.band_max, 3);
+    EXPECT_EQ(info.beyond_spz, 1U);
+    EXPECT_GT(info.fill_ratio, 0);
+    // A caller of an earlier version gets what it knows.
+    info.bytes = 77;
+    info.struct_size = offsetof(splat_scene_info, bytes);
+    EXPECT_DONE(splat_scene_get_info(sample.create(), &info));
+    EXPECT_EQ(info.bytes, 77U);
 }
 
 TEST(ApiScene, MayBeEmpty) {

@@ -13,6 +13,7 @@
 #include "io/file.h"
 #include "io/image.h"
 #include "io/weights_file.h"
+#include "ref/images/srgb_ref.h"
 #include "run/run.h"
 
 namespace splat::test {
@@ -106,6 +107,31 @@ TEST_F(FitTask, ItsSceneScoresAlike) {
     what.border = 0;
     EXPECT_ERROR(fit::SceneScores::open(context_, what, {}, interrupt_), Code::kInvalidArgument,
                  "no Gaussians");
+}
+
+/// Linear colours are blended as others are, then converted.
+TEST_F(FitTask, ScenesAreScoredAsTheirFilesSay) {
+    fit::SceneScoresDesc what;
+    what.data = *desc(10).data;
+    const auto drawn = [&](const scene::DrawnAs& drawn_as) {
+        scene::Gaussians scene = blobs();
+        scene.drawn_as = drawn_as;
+        const auto scores = need(fit::SceneScores::open(context_, what, scene, interrupt_));
+        run::Event event;
+        while (event.kind != run::EventKind::kValidatedPiece) {
+            EXPECT_OK(scores->next(event));
+            if (event.kind >= run::EventKind::kDone) break;
+        }
+        return event.validated.images;
+    };
+    const std::vector<float> plain = drawn({});
+    EXPECT_NE(drawn({.antialiased = true}), plain);
+    EXPECT_NE(drawn({.three_sigma = true}), plain);
+    const std::vector<float> converted = drawn({.linear_colors = true});
+    ASSERT_EQ(converted.size(), plain.size());
+    for (std::size_t i = 0; i < plain.size(); ++i)
+        EXPECT_NEAR(static_cast<double>(converted[i]),
+                    ref::srgb_of_linear(static_cast<double>(plain[i])), 1e-6);
 }
 
 TEST_F(FitTask, ResumesWithTheSameBits) {

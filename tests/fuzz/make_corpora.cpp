@@ -15,8 +15,10 @@
 #include "io/sample_webp.h"
 #include "io/sample_weights.h"
 #include "io/scene_formats.h"
+#include "io/scenes/sample_gltf.h"
 #include "io/transforms_json.h"
 #include "io/weights_formats.h"
+#include "scene/arrays.h"
 #include "scene/orbit.h"
 
 namespace {
@@ -73,14 +75,68 @@ void add_scenes(Corpora& corpora) {
         const auto scene = test::sample_scene(2, degree);
         const std::string name = "degree" + std::to_string(degree);
         corpora.add("ply/" + name, io::write_ply(scene));
+        corpora.add("ply/packed-" + name, io::write_compressed_ply(scene));
         corpora.add("spz/v3-" + name, io::write_spz(scene));
         corpora.add("spz/v4-" + name, io::write_spz(scene, newer));
+        auto zeros = scene::make_gaussians(2, degree);  // their codebooks are short
+        zeros.rotations[0] = zeros.rotations[4] = 1;
+        corpora.add("sog/" + name, io::write_sog(zeros));
     }
     corpora.add("ply/ascii", ascii_ply());
     for (const std::size_t rest : {0U, 9U})
         corpora.add("ply/compressed" + std::to_string(rest),
                     test::sample_compressed_ply({rest == 0, rest, "1", "2", "2"}));
+    auto drawn = test::sample_scene(1, 0);
+    drawn.drawn_as = {.antialiased = true, .linear_colors = true};
+    corpora.add("ply/drawn", io::write_ply(drawn));
     corpora.add("splat/two", io::write_splat(test::sample_scene(2, 0)));
+    for (std::uint16_t level = 0; level <= 2; ++level)
+        corpora.add("ksplat/level" + std::to_string(level), test::sample_ksplat(level, {2}));
+    corpora.add("scene_file/ksplat", test::sample_ksplat(0, {0}));
+    corpora.add("ksplat/sections", test::sample_ksplat(1, {1, 0}));
+}
+
+/// Files of this program, and others with all that a document may have.
+void add_gltf(Corpora& corpora) {
+    for (const std::uint32_t degree : {0U, 1U}) {
+        const std::string name = "degree" + std::to_string(degree);
+        corpora.add("gltf/glb-" + name, io::write_glb(test::sample_scene(1, degree)));
+        corpora.add("gltf/text-" + name, io::write_gltf(test::sample_scene(1, degree)));
+    }
+    corpora.add("gltf/empty", io::write_glb({}));
+    corpora.add("scene_file/glb", io::write_glb(test::sample_scene(1, 0)));
+    corpora.add("scene_file/gltf", io::write_gltf(test::sample_scene(1, 0)));
+    const auto add = [&](const std::string& name, const test::SampleGltf& sample) {
+        corpora.add("gltf/" + name, sample.glb());
+    };
+    test::SampleGltf bytes = test::sample_gltf();
+    bytes.add<std::uint8_t>(test::gltf_attribute("OPACITY"), {51, 255}, test::kGltfUbyte, "SCALAR",
+                            1, true);
+    bytes.add<std::uint16_t>(test::gltf_attribute("SCALE"), {1, 2, 3, 4, 5, 6}, test::kGltfUshort,
+                             "VEC3", 3);
+    bytes.add<std::int8_t>(test::gltf_attribute("ROTATION"), {0, 90, 0, 90, 0, 0, -128, 0},
+                           test::kGltfByte, "VEC4", 4, true);
+    add("integers", bytes);
+    test::SampleGltf nodes = test::sample_gltf();
+    nodes.nodes = R"([{"mesh":0,"scale":[2,1,3],"children":[1]},{"rotation":[0.6,0,0,0.8],)"
+                  R"("translation":[1,2,3],"mesh":0,"children":[2]},{"matrix":)"
+                  R"([2,0,0,0,0,2,0,0,0,0,2,0,5,6,7,1],"mesh":0}])";
+    add("nodes", nodes);
+    test::SampleGltf sparse = test::sample_gltf();
+    sparse.add<std::uint16_t>("", {1}, test::kGltfUshort, "SCALAR", 1);
+    sparse.add<float>("", {7, 8, 9}, test::kGltfFloat, "VEC3", 3);
+    sparse.accessors[0] =
+        R"({"componentType":5126,"count":2,"type":"VEC3","sparse":{"count":1,"indices":)"
+        R"({"bufferView":5,"componentType":5123},"values":{"bufferView":6}}})";
+    add("sparse", sparse);
+    test::SampleGltf more = test::sample_gltf();
+    more.used = R"("extensionsUsed":["KHR_gaussian_splatting","KHR_mesh_quantization"])";
+    more.more = R"(,"extras":1,"cameras":[{}],"extensionsRequired":["KHR_materials_unlit"])";
+    more.buffer = R"(,"uri":"data:;base64,AAAA")";
+    add("more", more);
+    test::SampleGltf beside = test::sample_gltf();
+    beside.buffer = R"(,"uri":"a%20b.bin")";
+    corpora.add("gltf/beside", test::bytes_of(beside.json()));
 }
 
 void add_cameras(Corpora& corpora) {
@@ -200,6 +256,12 @@ void add_damaged_scenes(Corpora& corpora) {
     with_nan.means[1] = with_nan.rotations[2] = kNan;
     corpora.add("ply/damaged-nan", io::write_ply(with_nan));
     corpora.add("ply/damaged-chunks", test::sample_compressed_ply({true, 0, "1", "300", "2"}));
+    // 20: the level; 4096: the header of the first section, whose Gaussians and buckets are counted there.
+    const io::Buffer ksplat = test::sample_ksplat(1, {1});
+    corpora.add("ksplat/damaged-cut", cut(ksplat));
+    corpora.add("ksplat/damaged-level", patched(ksplat, 20, std::uint16_t{0}));
+    corpora.add("ksplat/damaged-room", patched(ksplat, 4096 + 4, 4095U));
+    corpora.add("ksplat/damaged-buckets", patched(ksplat, 4096 + 8, 1U));
     corpora.add("splat/damaged-cut", cut(splat));
     corpora.add("splat/damaged-nan", patched(splat, 0, kNan));
     corpora.add("spz/damaged-v3-cut", cut(spz3));
@@ -207,6 +269,20 @@ void add_damaged_scenes(Corpora& corpora) {
     corpora.add("spz/damaged-mark", patched(spz4, 0, 'x'));
     corpora.add("spz/damaged-version", patched(spz4, 4, std::uint32_t{5}));
     corpora.add("spz/damaged-count", patched(spz4, kCount, std::uint32_t{4096}));
+    corpora.add("gltf/damaged-cut", cut(io::write_glb(scene)));
+    const auto glb = io::write_glb(scene);
+    corpora.add("gltf/damaged-version", patched(glb, 4, std::uint32_t{1}));
+    corpora.add("gltf/damaged-length", patched(glb, 12, ~std::uint32_t{3}));
+    auto lies = test::sample_gltf();
+    lies.accessors[0] =
+        R"({"bufferView":0,"componentType":5126,"count":9007199254740992,"type":"VEC3"})";
+    corpora.add("gltf/damaged-count", lies.glb());
+    lies = test::sample_gltf();
+    lies.length = 4294967296;
+    corpora.add("gltf/damaged-bytes", lies.glb());
+    lies = test::sample_gltf();
+    lies.nodes = R"([{"children":[1]},{"children":[0]}])";
+    corpora.add("gltf/damaged-nodes", lies.glb());
     io::Buffer bare;  // version 2 without gzip, and without its arrays
     io::put(bare, std::uint32_t{0x5053474E});
     for (const std::uint32_t word : {2U, 4095U, 0x00000C03U}) io::put(bare, word);
@@ -307,6 +383,7 @@ int main(int argc, char** argv) {
     }
     Corpora corpora(argv[1]);
     add_scenes(corpora);
+    add_gltf(corpora);
     add_cameras(corpora);
     add_images(corpora);
     add_weights(corpora);

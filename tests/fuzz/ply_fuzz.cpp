@@ -1,4 +1,5 @@
-// .ply, plain and compressed: what is accepted survives being written and read again, bit by bit.
+// .ply, plain and compressed: what is accepted survives being written and read again, bit by bit; where the numbers are
+// finite, as a compressed one, too.
 
 #include <cstring>
 
@@ -17,8 +18,14 @@ SPLAT_FUZZ_TARGET(io::Bytes file) {
     const auto& scene = loaded.value().gaussians;
     const auto written = io::write_ply(scene);
     fuzz::require(written.ok());
+    const auto packed = io::write_compressed_ply(scene);
+    if (packed.ok()) {
+        const auto unpacked = io::read_compressed_ply(packed.value(), options);
+        fuzz::require(unpacked.ok() && unpacked.value().gaussians.count() == scene.count());
+    }
     const auto again = io::read_ply(written.value(), options);
     fuzz::require(again.ok());
+    fuzz::require(again.value().gaussians.drawn_as == scene.drawn_as);
     const auto& means = again.value().gaussians.means;
     fuzz::require(means.size() == scene.means.size());
     if (!means.empty())

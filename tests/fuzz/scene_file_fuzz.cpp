@@ -15,7 +15,7 @@ SPLAT_FUZZ_TARGET(io::Bytes file) {
         if (!fuzz::accepted(loaded.status())) continue;
         fuzz::check_scene(loaded.value());
         if (format.write == nullptr) continue;
-        const auto written = format.write(loaded.value().gaussians, {});
+        const auto written = io::write_scene(loaded.value().gaussians, format);
         if (written.ok()) fuzz::require(format.read(written.value(), fuzz::small_scenes()).ok());
     }
     const auto unnamed = io::detect_scene_format(file, "x");

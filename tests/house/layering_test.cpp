@@ -22,6 +22,13 @@ const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"zstd.h", {"io"}},    {"yaml.h", {"core"}}, {"zlib.h", {"io", "vk"}}, {"glm/", {"scene"}},
 };
 
+/// Headers of one system, which only src/core/os/ includes: beginnings of their names.
+constexpr const char* kOfOneSystem[] = {
+    "unistd.h", "fcntl.h",   "dlfcn.h",  "sys/",      "signal.h",  "csignal",
+    "spawn.h",  "pthread.h", "dirent.h", "fnmatch.h", "poll.h",    "termios.h",
+    "glob.h",   "pwd.h",     "link.h",   "xlocale.h", "windows.h", "io.h",
+    "direct.h", "process.h", "winsock",  "shlobj"};
+
 std::string trim(std::string text) {
     const char* blanks = " `\t";
     text.erase(0, text.find_first_not_of(blanks));
@@ -94,6 +101,10 @@ Findings check_src_file(const TextFile& file, const Table& table) {
         for (const auto& [prefix, layers] : kThirdParty)
             if (starts_with(path, prefix) && layers.count(layer) == 0)
                 refuse("not for layer " + layer);
+        for (const char* const prefix : kOfOneSystem)
+            if (include.system && starts_with(path, prefix) &&
+                !starts_with(file.path, "src/core/os/"))
+                refuse("only src/core/os/ talks to the system");
         if (include.system) continue;
         const std::string first = path.substr(0, path.find('/'));
         if (path.find("..") != std::string::npos)
@@ -278,6 +289,7 @@ TEST(Layering, RuleAcceptsWhatTheTableAllows) {
                              "#include \"core/status.h\"\n#include \"vk/a.h\"\n#include <volk.h>\n"
                              "#include \"params/a_params.h\"\n#include <vector>\n"));
     expect_none(check_sample("src/eval/a.cpp", "#include \"vk/timers.h\"\n"));
+    expect_none(check_sample("src/core/os/a.cpp", "#include <sys/stat.h>\n"));
     expect_none(check_sample(
         "tools/vkrun/a.cpp",
         "#include \"vkrun/cli/table.h\"\n#include <splat.h>\n#include \"ref/a_ref.h\"\n"));
@@ -289,6 +301,8 @@ TEST(Layering, RuleFindsForbiddenIncludes) {
     expect_found(check_sample("src/vk/a.cpp", "#include \"../core/status.h\"\n"), 1, "'..'");
     expect_found(check_sample("src/eval/a.cpp", "#include \"vk/device.h\"\n"), 1, "layer eval");
     expect_found(check_sample("src/other/a.cpp", ""), 1, "'other' is not in");
+    expect_found(check_sample("src/vk/a.cpp", "#include <unistd.h>\n#include <sys/stat.h>\n"), 2,
+                 "only src/core/os/");
     expect_found(check_sample("tools/vkrun/a.cpp", "#include \"core/status.h\"\n"), 1,
                  "splat.h only");
     expect_found(check_sample("tools/vkrun/a.cpp", "#include <volk.h>\n"), 1, "Vulkan");

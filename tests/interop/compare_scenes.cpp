@@ -1,12 +1,14 @@
 // The part of splat_transform.sh that reads and writes our formats.
 //
 //   compare_scenes write FOLDER                 a sample scene as reference.ply (degree 3), ours.splat,
-//                                               ours-v3.spz and ours-v4.spz
-//   compare_scenes REFERENCE.ply OTHER FORMAT   compares OTHER (a scene, or a .csv of another program)
+//                                               ours-v3.spz, ours-v4.spz, ours.compressed.ply, degree2.ply,
+//                                               ours.sog, ours.gltf and ours.glb
+//   compare_scenes REFERENCE OTHER FORMAT       compares OTHER (a scene, or a .csv of another program)
 //                                               within the quantisation of FORMAT: ply, splat, spz,
-//                                               compressed
+//                                               compressed, ksplat, sog, glb
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -42,7 +44,15 @@ constexpr Bounds kBounds[] = {
      8.5 / 128, true},
     // Ranges of the sample: positions 8, log scales 7, colours 2; y has 10 bits, others 11.
     {"compressed", 0.5 * 8 / 1023, 0.5 * 7 / 1023, 0.005, 1.0 / 255, 2.0 / 255, 1.0 / 64, 1.0 / 64,
-     true}};
+     true},
+    // Cubes of 5 units in 65534 steps; scales and rotations have 11 bits, which three.js truncates: a scale may lose
+    // 1 / 1024 of itself; bands of level 2 are 2 / 255, truncated.
+    {"ksplat", 2.5 / 32767, 1.0 / 1023, 2.0 / 1024, 1.0 / 255, 1.0 / 255 / 0.28209479, 2.0 / 255,
+     2.0 / 255, true},
+    // 256 numbers for log scales in a range of 7, and for colours and bands in one of 2.
+    {"sog", 2.5e-4, 7.0 / 256, 0.02, 1.0 / 255, 2.0 / 256, 2.0 / 256, 2.0 / 256, true},
+    // Rounding of float32, through other frames: only exp and log of scales, and the sigmoid.
+    {"glb", 1e-6, 1e-6, 1e-3, 1e-6, 1e-6, 1e-6, 1e-6, true}};
 
 void fail(const std::string& problem) {
     std::fprintf(stderr, "compare_scenes: %s\n", problem.c_str());
@@ -186,14 +196,33 @@ double max_sh_difference(const Gaussians& a, const Gaussians& b, std::size_t fir
     return largest;
 }
 
+/// Replaces each rotation by the nearest one of the same Gaussian: half turns about its own axes change nothing, and
+/// programs that turn a scene choose among them.
+void choose_half_turns(const Gaussians& reference, Gaussians& other) {
+    for (std::size_t i = 0; i < reference.rotations.size(); i += 4) {
+        float* const q = &other.rotations[i];
+        const auto [w, x, y, z] = std::array{q[0], q[1], q[2], q[3]};
+        float most = -1;
+        for (const std::array<float, 4>& equal :
+             {std::array{w, x, y, z}, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}}) {
+            float inner = 0;
+            for (std::size_t k = 0; k < 4; ++k) inner += equal[k] * reference.rotations[i + k];
+            if (std::abs(inner) <= most) continue;
+            most = std::abs(inner);
+            std::copy(equal.begin(), equal.end(), q);
+        }
+    }
+}
+
 bool compare(const Gaussians& reference, const Gaussians& unordered, const Bounds& bounds) {
     if (unordered.count() != reference.count())
         fail(std::to_string(unordered.count()) + " Gaussians, expected " +
              std::to_string(reference.count()));
     if (bounds.bands && unordered.sh_degree != reference.sh_degree)
         fail("SH degree " + std::to_string(unordered.sh_degree));
-    const Gaussians other = scene::with_sh_degree(
-        scene::gather(unordered, match(reference, unordered)), reference.sh_degree);
+    Gaussians other = scene::with_sh_degree(scene::gather(unordered, match(reference, unordered)),
+                                            reference.sh_degree);
+    choose_half_turns(reference, other);
     bool good = report("mean", test::max_difference(reference.means, other.means), bounds.mean);
     good &= report("log scale", test::max_difference(reference.log_scales, other.log_scales),
                    bounds.log_scale);
@@ -212,6 +241,11 @@ void write_samples(const std::string& folder) {
     save(folder + "/ours.splat", scene);
     save(folder + "/ours-v3.spz", scene, 3);
     save(folder + "/ours-v4.spz", scene, 4);
+    save(folder + "/ours.compressed.ply", scene);
+    save(folder + "/degree2.ply", scene::with_sh_degree(scene, 2));
+    save(folder + "/ours.gltf", scene);
+    save(folder + "/ours.glb", scene);
+    save(folder + "/ours.sog", scene);
 }
 
 }  // namespace

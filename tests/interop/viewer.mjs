@@ -39,7 +39,8 @@ function random(seed) {
 
 // A ball's shell of Gaussians, flat ones and needles, with harmonics of a degree. The first `broken` have a NaN,
 // the last `stray` are far darker or brighter than all others, or have a far larger harmonic; the last `huge` are huge.
-function writeScene(path, count, degree, {broken = 0, stray = 0, huge = 0} = {}) {
+// `opaque`: all are, so that they reach beyond 3 sigma.
+function writeScene(path, count, degree, {broken = 0, stray = 0, huge = 0, opaque = false} = {}) {
     const next = random(7 + count + degree), rest = (degree + 1) ** 2 - 1;
     const names = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2"];
     for (let i = 0; i < 3 * rest; ++i) names.push("f_rest_" + i);
@@ -57,7 +58,7 @@ function writeScene(path, count, degree, {broken = 0, stray = 0, huge = 0} = {})
             const usual = 0.3 * (next() - 0.5);
             values[o++] = i < count - stray || k > 0 ? usual : 1000;
         }
-        values[o++] = 8 * next() - 4.5;
+        values[o++] = opaque ? 6 : 8 * next() - 4.5;
         for (let k = 0; k < 3; ++k) values[o++] = size + 2 * (next() - 0.6) + (i < count - huge ? 0 : 15);
         for (let k = 0; k < 4; ++k) values[o++] = next() - 0.5;
     }
@@ -78,22 +79,35 @@ function expectQuiet(browser) {
 
 const png = path => readFileSync(path).toString("base64");
 
-// Screenshots at three poses against those of vkrun render.
-async function comparePoses(browser, scene, name, background) {
-    const size = SIZE.join("x");
-    run("render", scene, "--orbit", "3", "--size", size, "--background", background, "--out", at(name));
-    run("view", scene, "--stills", "0", "--size", size, "--background", background, "--out", at(name + ".html"));
+// Screenshots at three poses against those of vkrun render. Returns the first one's PSNR.
+async function comparePoses(browser, scene, name, background, ...more) {
+    const size = SIZE.join("x"), same = ["--size", size, "--background", background, ...more];
+    run("render", scene, "--orbit", "3", ...same, "--out", at(name));
+    run("view", scene, "--stills", "0", ...same, "--out", at(name + ".html"));
     await browser.size(...SIZE);
     await browser.open(at(name + ".html"));
     await settled(browser);
     await browser.key("h");
+    const found = [];
     for (let i = 0; i < 3; ++i) {
         await browser.key(String(i + 1));
         await settled(browser);
         const psnr = await browser.psnr(await browser.screenshot(), png(at(`${name}/00${i}.png`)));
         console.log(`${name}, pose ${i + 1}: ${psnr.toFixed(1)} dB against vkrun render`);
         expect(psnr >= LEAST_PSNR, `${psnr} dB, expected ${LEAST_PSNR}`);
+        found.push(psnr);
     }
+    return found[0];
+}
+
+// What --drawn-as says is seen: the picture is nearer to that of vkrun render than a plain one is.
+async function drawAs(browser, scene, as, ...more) {
+    const background = "0.2,0.4,0.6", name = "as-" + as;
+    const same = await comparePoses(browser, scene, name, background, "--drawn-as", as, ...more);
+    run("render", scene, "--orbit", "3", "--size", SIZE.join("x"), "--background", background, "--drawn-as", "plain",
+        ...more, "--out", at(name + "-plain"));
+    const plain = await browser.psnr(png(at(name + "-plain/000.png")), png(at(name + "/000.png")));
+    expect(plain < same - 3, `--drawn-as ${as}: ${same} dB, and ${plain} dB without it`);
 }
 
 // What a user does moves the camera as it should and changes the picture, and R brings both back.
@@ -353,6 +367,13 @@ try {
             writeScene(at(`shell${degree}.ply`), 20000, degree, {stray: degree === 2 ? 0 : 2});
             await comparePoses(browser, at(`shell${degree}.ply`), `shell${degree}`, degree === 3 ? "1,1,1" : "0.2,0.4,0.6");
         }
+        for (const as of ["antialiased", "linear-colours"]) await drawAs(browser, at("shell2.ply"), as);
+        writeScene(at("opaque.ply"), 2000, 2, {opaque: true});
+        await drawAs(browser, at("opaque.ply"), "3-sigma");
+        for (const as of ["by-distance", "by-distance,3-sigma,linear-colours"])
+            await drawAs(browser, at("shell2.ply"), as, "--distance", "0.5");
+        await browser.open(at("shell3.html"));  // as it was left, without controls
+        await settled(browser);
         await browser.key("r");
         await settled(browser);
         await useIt(browser);

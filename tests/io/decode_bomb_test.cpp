@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <cstring>
 
 #include <jpeglib.h>
 #include <webp/encode.h>
@@ -10,8 +11,8 @@
 
 #include "core/config.h"
 #include "core/json_tree.h"
+#include "io/bomb.h"
 #include "io/colmap.h"
-#include "io/compress.h"
 #include "io/mesh/mesh.h"
 #include "io/npy.h"
 #include "io/photo/image_file.h"
@@ -19,11 +20,9 @@
 #include "io/sample_scene.h"
 #include "io/sample_webp.h"
 #include "io/sample_weights.h"
-#include "io/scene_file.h"
 #include "io/transforms_json.h"
 #include "io/weights_file.h"
 #include "io/weights_formats.h"
-#include "support/child_cost.h"
 #include "support/expect_status.h"
 #include "support/sample_jpeg.h"
 
@@ -32,33 +31,7 @@ namespace {
 
 using namespace test;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr double kSlowdown = 20;  ///< factor of time; memory of sanitizers is their own
-constexpr std::uint64_t kSlackBytes = std::uint64_t{2} << 30U;
-#else
-constexpr double kSlowdown = 1;
-constexpr std::uint64_t kSlackBytes =
-    16U << 20U;  ///< the reader's own: tables of codecs, pieces of a file
-#endif
-constexpr double kMostSeconds = 5;
-
 constexpr std::uint32_t kSide = 16384;  ///< the largest of images
-
-using Read = std::function<Status(Bytes)>;
-
-/// Reads the file; the answer holds `part`, and the cost is within the budget and `more_bytes`.
-void expect_harmless(const char* name, const Buffer& file, std::string_view part, const Read& read,
-                     std::uint64_t more_bytes = 0) {
-    const ChildCost cost = cost_of([&] {
-        const Status status = read(file);
-        return status.ok() ? "read" : code_name(status.code()) + (": " + status.message());
-    });
-    std::printf("%-14s %9zu bytes: %5.0f MB, %5.2f s: %.110s\n", name, file.size(),
-                static_cast<double>(cost.bytes) / 1e6, cost.seconds, cost.answer.c_str());
-    EXPECT_HAS(cost.answer, part) << name << ": " << cost.answer;
-    EXPECT_LE(cost.bytes, DecodeLimits().allowed(file.size()) + more_bytes + kSlackBytes) << name;
-    EXPECT_LE(cost.seconds, kMostSeconds * kSlowdown) << name;
-}
 
 /// The header alone is refused, too: a caller would make room for its pixels.
 Status image_status(Bytes file) {
@@ -198,23 +171,7 @@ TEST(DecodeBomb, JpegOfManyScans) {
 }
 
 TEST(DecodeBomb, WebpOfManyPixels) {
-    // Lossless, 16383 x 16383, five codes of one symbol: no bits for any pixel.
-    std::uint64_t bits = 0x2F;
-    std::uint32_t count = 8;
-    const auto add = [&](std::uint64_t value, std::uint32_t width) {
-        bits |= value << count;
-        count += width;
-    };
-    add(16382, 14);
-    add(16382, 14);
-    add(0, 1 + 3 + 3);                               // alpha, version; transform, cache, groups
-    for (int code = 0; code < 5; ++code) add(1, 4);  // simple, of one symbol of one bit: 0
-    Buffer file = bytes_of("RIFF");
-    put(file, std::uint32_t{24});
-    put_text(file, "WEBPVP8L");
-    put(file, std::uint32_t{12});
-    put(file, bits);
-    put(file, std::uint32_t{0});
+    const Buffer file = sample_webp_of_many_pixels();
     ASSERT_EQ(file.size(), 32U);
     expect_harmless("webp", file, "webp: 16383 x 16383 pixels", image_status);
 }
@@ -238,67 +195,6 @@ TEST(DecodeBomb, WebpOfManyPrefixCodes) {
     expect_harmless("webp alpha", with_webp_alpha(lossy, kWidth, kWidth, alpha.bytes()), "read",
                     image_status, kMostCodes);
     WebPFree(bytes);
-}
-
-/// A header of .spz with 800,000 Gaussians of degree 3.
-Buffer spz_header(std::uint32_t version) {
-    Buffer header = bytes_of("NGSP");
-    put(header, version);
-    put(header, std::uint32_t{800'000});
-    put_text(header, version < 4 ? std::string_view("\x03\x0C\0\0", 4)
-                                 : std::string_view("\x03\x0C\0\x06", 4));
-    return header;
-}
-
-Status scene_status(Bytes file) {
-    return read_scene(file, "bomb").status();
-}
-
-TEST(DecodeBomb, SpzOfManyGaussians) {
-    Buffer plain = spz_header(2);
-    plain.resize(plain.size() + std::size_t{800'000} * 64);
-    const auto file = need(gzip(plain));
-    expect_harmless("spz", file, "spz: Gaussians: 800000 x 236 bytes", scene_status);
-
-    Buffer streams = spz_header(4);
-    put(streams, std::uint32_t{32});
-    streams.resize(32);
-    Buffer packed;
-    for (const std::size_t each : {9U, 1U, 3U, 3U, 4U, 45U}) {
-        const auto stream = need(zstd(Buffer(800'000 * each)));
-        put(streams, std::uint64_t{stream.size()});
-        put(streams, std::uint64_t{800'000 * each});
-        put_bytes(packed, stream);
-    }
-    put_bytes(streams, packed);
-    expect_harmless("spz 4", streams, "spz: Gaussians: 800000 x 236 bytes", scene_status);
-}
-
-TEST(DecodeBomb, PlyOfManyRows) {
-    const std::string names =
-        "property uchar x\nproperty uchar y\nproperty uchar z\nproperty uchar opacity\n"
-        "property uchar f_dc_0\nproperty uchar f_dc_1\nproperty uchar f_dc_2\n"
-        "property uchar scale_0\nproperty uchar scale_1\nproperty uchar scale_2\n"
-        "property uchar rot_0\nproperty uchar rot_1\nproperty uchar rot_2\nproperty uchar rot_3\n";
-    for (const char* form : {"ascii", "binary_little_endian"}) {
-        const std::string start = std::string("ply\nformat ") + form + " 1.0\nelement vertex ";
-        expect_harmless("ply", bytes_of(start + "1000000000000\n" + names + "end_header\n"),
-                        "FORMAT", scene_status);
-    }
-    std::string flood =
-        "ply\nformat binary_little_endian 1.0\nelement nothing 1000000000000000\n"
-        "element vertex 70000\n" +
-        names + "end_header\n";
-    flood.resize(flood.size() + std::size_t{70'000} * 14);
-    expect_harmless("ply rows", bytes_of(flood), "read", scene_status);
-    expect_harmless("ply packed",
-                    sample_compressed_ply({.vertices = "100000000", .rest_rows = "0"}),
-                    "'vertex' at byte", scene_status);
-}
-
-TEST(DecodeBomb, SplatHasNoBomb) {
-    expect_harmless("splat", Buffer(std::size_t{32} * 100'000), "read",
-                    [](Bytes file) { return read_scene(file, "bomb.splat").status(); });
 }
 
 TEST(DecodeBomb, NpzOfManyNumbers) {
@@ -357,13 +253,6 @@ TEST(DecodeBomb, ConfigurationOfLongNames) {
     const Read read = [](Bytes file) { return read_config(as_text(file), "bomb").status(); };
     expect_harmless("yaml", bytes_of(yaml), "a key of 500000 letters", read);
     expect_harmless("json", bytes_of(json + "}}"), "a key of 500000 letters", read);
-}
-
-std::string repeated(const std::string& start, const std::string& part, std::size_t count,
-                     const std::string& end) {
-    std::string text = start;
-    for (std::size_t i = 0; i < count; ++i) text += part;
-    return text + end;
 }
 
 TEST(DecodeBomb, JsonOfManyValues) {

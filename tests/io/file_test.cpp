@@ -235,6 +235,21 @@ TEST_F(File, AFullDiskTakesNoPart) {
     EXPECT_EQ(files(), 2U);
 }
 
+TEST_F(File, IsWrittenPieceByPieceOrNotAtAll) {
+    const auto put = [](const char* last, const Status& status) {
+        return [=](ByteSink& to) -> Status {
+            SPLAT_TRY(to.put(bytes_of("one ")));
+            SPLAT_TRY(to.put(bytes_of(last)));
+            return status;
+        };
+    };
+    ASSERT_OK(write_file(path("a"), put("two", {})));
+    EXPECT_ERROR(write_file(path("a"), put("three", invalid("no more"))), Code::kInvalidArgument,
+                 "no more");
+    EXPECT_EQ(as_text(need(read_file(path("a")))), "one two");
+    EXPECT_EQ(files(), 1U);
+}
+
 #if SPLAT_FAULT_POINTS
 TEST_F(File, AFailedWriteLeavesTheOldFileAlone) {
     ASSERT_OK(write_file(path("a"), bytes_of("old")));

@@ -80,7 +80,7 @@ class MappedSource : public MemorySource {
   public:
     explicit MappedSource(Bytes bytes)
         : MemorySource(bytes), file_(std::make_shared<File>(bytes)) {}
-    [[nodiscard]] std::shared_ptr<const MappedFile> map() const override { return file_; }
+    [[nodiscard]] std::shared_ptr<const MappedFile> map(bool) const override { return file_; }
 
   private:
     class File : public MappedFile {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/compress.h"
+#include "io/number_type.h"
 
 namespace splat::test {
 namespace {
@@ -82,6 +83,85 @@ Buffer sample_compressed_ply(const CompressedPlyLayout& layout) {
     for (std::size_t row = 0; row < 2; ++row)
         for (std::size_t i = 0; i < layout.rest; ++i)
             put(file, static_cast<std::uint8_t>(i == 0 ? 0 : (i == 1 ? 255 : 63)));
+    return file;
+}
+
+namespace {
+
+constexpr std::uint32_t kKsplatBuckets[] = {0, 0, 1, 2,
+                                            2};  ///< the bucket of each Gaussian of a section
+
+/// A number as float32 or, in levels 1 and 2, as float16.
+void put_real(Buffer& file, std::uint16_t level, float value) {
+    if (level == 0)
+        put(file, value);
+    else
+        put(file, io::to_half(value));
+}
+
+Buffer ksplat_section_header(std::uint16_t level, std::uint16_t degree) {
+    Buffer header;
+    const bool buckets = level > 0;
+    for (const std::uint32_t word : {5U, 6U, buckets ? 2U : 0, buckets ? 3U : 0}) put(header, word);
+    put(header, buckets ? 4.0F : 0.0F);             // edge of a cube
+    put(header, std::uint32_t{buckets ? 12U : 0});  // bytes of a centre
+    // 16 steps an eighth: 2 / 256; the size in bytes, which no reader needs; full and partial buckets
+    for (const std::uint32_t word : {buckets ? 256U : 0, 0U, buckets ? 1U : 0, buckets ? 2U : 0})
+        put(header, word);
+    put(header, degree);
+    header.resize(1024);
+    return header;
+}
+
+void put_ksplat_row(Buffer& file, std::uint16_t level, std::uint16_t degree, std::size_t section,
+                    std::uint32_t i) {
+    const std::uint32_t bucket = kKsplatBuckets[i];
+    if (level == 0) {
+        put(file, 10.0F * static_cast<float>(section) + static_cast<float>(bucket) +
+                      static_cast<float>(i) / 8);
+        put(file, -static_cast<float>(i) / 8);
+        put(file, static_cast<float>(bucket));
+    } else {
+        for (const std::uint32_t steps : {256 + 16 * i, 256 - 16 * i, 256U})
+            put(file, static_cast<std::uint16_t>(steps));
+    }
+    for (const float value : {0.5F, 1.0F, 2.0F, 0.5F, -0.5F, 0.5F, -0.5F})
+        put_real(file, level, value);
+    for (const std::uint32_t byte : {255U, 0U, 128U, 51 + i})
+        put(file, static_cast<std::uint8_t>(byte));
+    for (int j = 0; j < 3 * ((degree + 1) * (degree + 1) - 1); ++j) {
+        if (level == 2)
+            put(file, static_cast<std::uint8_t>(10 * j));
+        else
+            put_real(file, level, static_cast<float>(j - 4) / 8);
+    }
+}
+
+}  // namespace
+
+Buffer sample_ksplat(std::uint16_t level, const std::vector<std::uint16_t>& degrees) {
+    const auto sections = static_cast<std::uint32_t>(degrees.size());
+    Buffer file = {std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
+    for (const std::uint32_t word :
+         {sections, sections, 6 * sections, 5 * sections, std::uint32_t{level}})
+        put(file, word);
+    for (const float value : {0.0F, 0.0F, 0.0F, -1.0F, 2.0F}) put(file, value);  // centre, range
+    file.resize(4096);
+    for (const std::uint16_t degree : degrees)
+        io::put_bytes(file, ksplat_section_header(level, degree));
+    for (std::size_t section = 0; section < degrees.size(); ++section) {
+        if (level > 0) {
+            for (const std::uint32_t count : {1U, 2U}) put(file, count);
+            for (const float bucket : {0.0F, 1.0F, 2.0F})
+                for (const float place :
+                     {10.0F * static_cast<float>(section) + bucket, 0.0F, bucket})
+                    put(file, place);
+        }
+        const std::size_t start = file.size();
+        for (std::uint32_t i = 0; i < 5; ++i)
+            put_ksplat_row(file, level, degrees[section], section, i);
+        file.resize(file.size() + (file.size() - start) / 5);
+    }
     return file;
 }
 

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "io/bytes.h"
 
@@ -39,6 +40,12 @@ std::string compressed_ply_header(const CompressedPlyLayout& layout);
 
 /// Two Gaussians: at the low end and at the high end of every range.
 io::Buffer sample_compressed_ply(const CompressedPlyLayout& layout);
+
+/// A .ksplat file of this level, a section for each degree. A section has five Gaussians: two in a full
+/// bucket, one and two in partly filled ones, and room for a sixth. Gaussian i of section s in bucket b:
+/// mean (10 s + b + i / 8, -i / 8, b), scales 0.5, 1, 2, rotation 0.5, -0.5, 0.5, -0.5, colour 255, 0, 128,
+/// opacity 51 + i. Harmonic j is (j - 4) / 8, at level 2 the byte 10 j of the range -1 to 2.
+io::Buffer sample_ksplat(std::uint16_t level, const std::vector<std::uint16_t>& degrees);
 
 /// A COLMAP model of four lenses, three of which have images.
 inline const char* const kColmapCameras =

@@ -98,6 +98,27 @@ Buffer sample_webp_groups(std::uint32_t columns, std::uint32_t rows, Codes codes
     return sample_webp({{"VP8L", stream.bytes()}});
 }
 
+Buffer sample_webp_of_many_pixels() {
+    std::uint64_t bits = 0x2F;
+    std::uint32_t count = 8;
+    const auto add = [&](std::uint64_t value, std::uint32_t width) {
+        bits |= value << count;
+        count += width;
+    };
+    add(16382, 14);
+    add(16382, 14);
+    add(0, 1 + 3 + 3);                               // alpha, version; transform, cache, groups
+    for (int code = 0; code < 5; ++code) add(1, 4);  // simple, of one symbol of one bit: 0
+    Buffer file;
+    io::put_text(file, "RIFF");
+    io::put(file, std::uint32_t{24});
+    io::put_text(file, "WEBPVP8L");
+    io::put(file, std::uint32_t{12});
+    io::put(file, bits);
+    io::put(file, std::uint32_t{0});
+    return file;
+}
+
 Buffer with_webp_alpha(Bytes lossy, std::uint32_t width, std::uint32_t height, Bytes alpha) {
     Buffer header;
     io::put(header, std::uint32_t{16});  // there is alpha

@@ -40,6 +40,9 @@ io::Buffer sample_webp(const std::vector<std::pair<std::string_view, io::Bytes>>
 io::Buffer sample_webp_groups(std::uint32_t columns, std::uint32_t rows,
                               Codes codes = Codes::kSmall);
 
+/// Lossless, 16383 x 16383, five codes of one symbol: no bits for any pixel.
+io::Buffer sample_webp_of_many_pixels();
+
 /// A lossy file with alpha from the chunks of one without.
 io::Buffer with_webp_alpha(io::Bytes lossy, std::uint32_t width, std::uint32_t height,
                            io::Bytes alpha);

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "ref/priors_ref.h"
+#include "ref/images/priors_ref.h"
 #include "support/golden_file.h"
 
 namespace splat::prior_models {

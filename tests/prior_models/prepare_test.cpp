@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ref/priors_ref.h"
+#include "ref/images/priors_ref.h"
 #include "support/golden_file.h"
 
 namespace splat::prior_models {

@@ -17,6 +17,7 @@ constexpr double kMeanRounding = 16 * 0x1p-24;
 struct Density {
     double value = 0;
     double error = 0;
+    double sigma = 0;
 };
 
 Density density_of(const ref::RasterScene<double>& scene, const Gaussian& g, std::size_t column,
@@ -31,11 +32,12 @@ Density density_of(const ref::RasterScene<double>& scene, const Gaussian& g, std
     const double moved = std::abs(A * dx + B * dy) * (std::abs(g.mean2d[0]) + width) +
                          std::abs(B * dx + C * dy) * (std::abs(g.mean2d[1]) + height);
     return {g.opacity * std::exp(-squares - mixed),
-            kRounding * (1 + squares + std::abs(mixed)) + kMeanRounding * moved};
+            kRounding * (1 + squares + std::abs(mixed)) + kMeanRounding * moved, squares + mixed};
 }
 
 constexpr double kAlphaMin = raster::kAlphaMin;
 constexpr double kAlphaMax = raster::kAlphaMax;
+constexpr double kCutSigma = 4.5;
 constexpr double kTransmittanceMin = raster::kTransmittanceMin;
 
 bool is_next_to(double value, double border, double relative) {
@@ -79,21 +81,25 @@ class FragileSearch {
     [[nodiscard]] bool at(std::size_t column, std::size_t row) const {
         double transmittance = 1;
         double error = kRounding;  // relative, of the transmittance
-        double depth_before = 0;
+        double key_before = 0;
         for (const std::uint32_t i : projected_.order) {
             const Gaussian& g = projected_.gaussians[i];
             const Density density = density_of(scene_, g, column, row);
             const bool outer = boxes_.empty() || covers(boxes_[i].outer, column, row);
             const bool inner = boxes_.empty() || covers(boxes_[i].inner, column, row);
             if (!outer || density.value < kAlphaMin * (1 - density.error)) continue;
-            const double gap = g.depth - depth_before;
-            const double depth_rounding =
-                kMeanRounding * (std::abs(g.depth) + std::abs(scene_.camera.world_to_camera[11]));
-            if (!inner || is_next_to(density.value, kAlphaMin, density.error) ||
+            const double beyond = scene_.options.cut_3_sigma ? density.sigma - kCutSigma : -1;
+            if (beyond > density.error) continue;
+            const double key = ref::order_key(scene_, g);
+            const double gap = key - key_before;
+            const double key_rounding =
+                kMeanRounding * (std::abs(key) + std::abs(scene_.camera.world_to_camera[11]));
+            if (!inner || beyond >= -density.error ||
+                is_next_to(density.value, kAlphaMin, density.error) ||
                 is_next_to(density.value, kAlphaMax, density.error) ||
-                (gap > 0 && gap <= depth_rounding))
+                (gap > 0 && gap <= key_rounding))
                 return true;
-            depth_before = g.depth;
+            key_before = key;
             const bool clamped = density.value > kAlphaMax;
             const double alpha = clamped ? kAlphaMax : density.value;
             error += clamped ? 0x1p-22 : density.error * alpha / (1 - alpha);

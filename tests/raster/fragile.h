@@ -11,7 +11,8 @@ namespace splat::test {
 /// * a density next to kAlphaMin (seen or skipped) or to kAlphaMax (with or without gradient),
 /// * a transmittance next to kTransmittanceMin (blended or stopped),
 /// * in 3dgs, a visible Gaussian whose box ends next to the rim of a tile,
-/// * consecutive Gaussians with almost equal depths (exactly equal ones are in order).
+/// * with cut_3_sigma, a sigma next to 9/2,
+/// * consecutive Gaussians with almost equal depths or, by distance, distances (exactly equal ones are in order).
 ///
 /// "Next to" follows the terms of each number: kFragileUlps float32 roundings of sigma's three
 /// terms, few of position and depth, and for the transmittance the sum over its factors. Losses put

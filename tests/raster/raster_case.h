@@ -14,6 +14,8 @@ struct RasterMode {
     const char* name;
     ref::Convention convention;
     bool antialiased;
+    bool sort_by_distance = false;
+    bool cut_3_sigma = false;
 
     [[nodiscard]] bool is_3dgs() const { return convention == ref::Convention::k3dgs; }
 };
@@ -22,6 +24,14 @@ inline constexpr RasterMode kRasterModes[] = {
     {"3dgs", ref::Convention::k3dgs, false},
     {"gsplat", ref::Convention::kGsplat, false},
     {"gsplat_aa", ref::Convention::kGsplat, true},
+};
+
+/// By distance and cut at 3 sigma, each alone, and both in either convention.
+inline constexpr RasterMode kDrawnModes[] = {
+    {"3dgs by distance", ref::Convention::k3dgs, false, true, false},
+    {"3dgs cut", ref::Convention::k3dgs, false, false, true},
+    {"3dgs as glTF", ref::Convention::k3dgs, false, true, true},
+    {"gsplat_aa as glTF", ref::Convention::kGsplat, true, true, true},
 };
 
 /// A scene in float32, as kernels read it, so that the float64 reference starts from the same
@@ -68,6 +78,8 @@ ref::RasterScene<Real> reference_scene(const RasterCase& from, const RasterMode&
     for (std::size_t k = 0; k < 16; ++k)
         scene.camera.world_to_camera[k] = static_cast<Real>(from.camera.world_to_camera[k]);
     scene.options = ref::raster_options<Real>(mode.convention, mode.antialiased, gradient);
+    scene.options.sort_by_distance = mode.sort_by_distance;
+    scene.options.cut_3_sigma = mode.cut_3_sigma;
     return scene;
 }
 

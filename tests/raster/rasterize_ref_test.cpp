@@ -84,6 +84,13 @@ TEST(RasterizeReference, GradcheckFloat64) {
             Graded(scene, mode).expect_all(scene.name + " " + mode.name);
 }
 
+TEST(RasterizeReference, GradcheckByDistanceAndCut) {
+    for (const RasterCase& scene :
+         {random_scene({12, 20, 18}, 31, 3), wide_scene({10, 18, 18}, 33)})
+        for (const RasterMode& mode : kDrawnModes)
+            Graded(scene, mode).expect_all(scene.name + " " + mode.name);
+}
+
 /// Rotations of any length: gsplat normalises them, 3dgs uses the matrix unchanged.
 TEST(RasterizeReference, GradcheckRotationsOfAnyLength) {
     RasterCase scene = random_scene({12, 20, 18}, 37, 1);

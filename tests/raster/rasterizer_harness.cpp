@@ -174,6 +174,8 @@ raster::RasterDesc raster_desc(const RasterCase& from, const RasterMode& mode) {
     desc.direct_colors = from.sh.empty();
     desc.convention = mode.is_3dgs() ? raster::Convention::k3dgs : raster::Convention::kGsplat;
     desc.antialiased = mode.antialiased;
+    desc.sort_by_distance = mode.sort_by_distance;
+    desc.cut_3_sigma = mode.cut_3_sigma;
     desc.near_plane = mode.is_3dgs() ? 0.2F : 0.01F;
     desc.extra = true;
     desc.normals = true;

@@ -83,6 +83,9 @@ TEST_P(RasterizerSkips, EachOneOffGivesTheSameBits) {
     RasterCase faint = scenes()[2];
     faint.camera.width = 40;
     expect_same_bits(context(), {faint}, std::span(kRasterModes).first(2));
+    RasterCase cut = opaque_scene({40, 40, 41}, 95);  // reaches beyond 3 sigma
+    for (float& scale : cut.scales) scale *= 0.5F;
+    expect_same_bits(context(), {cut}, std::span(kDrawnModes).last(2));
 }
 
 class RasterizerSkipsFull : public RasterizerSkips {};
@@ -90,6 +93,7 @@ SPLAT_INSTANTIATE_KERNELS(RasterizerSkipsFull);
 
 TEST_P(RasterizerSkipsFull, EachOneOffGivesTheSameBits) {
     expect_same_bits(context(), scenes(), kRasterModes);
+    expect_same_bits(context(), scenes(), kDrawnModes);
 }
 
 /// Each skip saves some work; otherwise the test above would prove nothing.

@@ -15,8 +15,8 @@
 ///   w_i = alpha_i T_i      rgb = sum w_i color_i + T_end background      alpha = 1 - T_end
 ///   depth = sum w_i z_i      depth_expected = depth / max(alpha, kExpectedAlphaMin)
 ///
-/// Skipped: alpha < kAlphaMin; in 3dgs also pixels whose tile the box does not meet. A pixel stops
-/// before the first Gaussian that would leave T < kTransmittanceMin (gsplat: <=).
+/// Skipped: alpha < kAlphaMin; with cut_3_sigma also sigma > 9/2; in 3dgs also pixels whose tile the
+/// box does not meet. A pixel stops before the first Gaussian that would leave T < kTransmittanceMin (gsplat: <=).
 namespace splat::ref {
 
 /// One Gaussian that a pixel blends.

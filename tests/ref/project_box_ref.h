@@ -22,7 +22,7 @@ struct ProjectedGaussian {
     std::array<std::size_t, 4> tiles{};  ///< first x, first y, end x, end y of its bounding box
     Vec3<Real> color{};
     Real opacity = 0;  ///< with compensation
-    Real reach = 0;    ///< beyond this sigma alpha is certainly below kAlphaMin
+    Real reach = 0;    ///< beyond this sigma alpha is certainly below kAlphaMin, or cut
     Vec3<Real> normal{};
 
     // Intermediate values for the backward pass.
@@ -46,7 +46,7 @@ struct ProjectedGaussian {
 template <class Real>
 struct ProjectForward {
     std::vector<ProjectedGaussian<Real>> gaussians;
-    std::vector<std::uint32_t> order;  ///< valid ones by float32 depth, then by index
+    std::vector<std::uint32_t> order;  ///< valid ones by float32 order_key(), then by index
 };
 
 /// Half sizes of the box, in pixels.

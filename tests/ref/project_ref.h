@@ -174,10 +174,17 @@ ProjectedGaussian<Real> project_gaussian(const RasterScene<Real>& scene,
     if (!options.is_3dgs() && g.opacity < static_cast<Real>(raster::kAlphaMin)) return {};
     if (!project_box(scene, g)) return {};
     g.reach = std::log(g.opacity / static_cast<Real>(raster::kAlphaMin)) + Real(1e-3);
+    if (options.cut_3_sigma) g.reach = std::min(g.reach, Real(4.5));
     g.valid = true;
     project_color(scene, frame, i, g);
     g.normal = project_normal(scene, frame, i, g);
     return g;
+}
+
+/// What Gaussians are blended by, the least first.
+template <class Real>
+Real order_key(const RasterScene<Real>& scene, const ProjectedGaussian<Real>& g) {
+    return scene.options.sort_by_distance ? g.distance : g.depth;
 }
 
 template <class Real>
@@ -188,11 +195,11 @@ ProjectForward<Real> project_forward(const RasterScene<Real>& scene) {
         out.gaussians.push_back(project_gaussian(scene, frame, i));
         if (out.gaussians.back().valid) out.order.push_back(static_cast<std::uint32_t>(i));
     }
-    const auto depth = [&out](std::uint32_t i) {
-        return static_cast<float>(out.gaussians[i].depth);
+    const auto key = [&](std::uint32_t i) {
+        return static_cast<float>(order_key(scene, out.gaussians[i]));
     };
     std::stable_sort(out.order.begin(), out.order.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return depth(a) < depth(b); });
+                     [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
     return out;
 }
 

@@ -33,7 +33,9 @@ struct RasterCamera {
 template <class Real>
 struct RasterOptions {
     Convention convention = Convention::kGsplat;
-    bool antialiased = false;  ///< gsplat: opacity times sqrt(det0 / det)
+    bool antialiased = false;       ///< gsplat: opacity times sqrt(det0 / det)
+    bool sort_by_distance = false;  ///< order by |mean - camera's centre|, not by depth
+    bool cut_3_sigma = false;       ///< alpha is 0 where sigma > 9/2
     RasterGradient gradient = RasterGradient::kTrue;
     Real near_plane = static_cast<Real>(raster::kNearGsplat);
     Real far_plane = static_cast<Real>(raster::kFarGsplat);

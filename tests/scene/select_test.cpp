@@ -62,6 +62,24 @@ TEST(Select, CropKeepsTheFacesAndTheOrder) {
     EXPECT_ERROR(crop(g, {{0, 0, 0}, {1, 1, 1}}), Code::kInvalidArgument, "'sh'");
 }
 
+TEST(Select, CropSphereKeepsTheSurfaceAndTheOrder) {
+    Gaussians g = row_of(6);
+    g.means[3 * 3 + 1] = kNanF;
+    const auto cropped = need(crop_sphere(g, {3, 0, 0}, 2));
+    ASSERT_EQ(cropped.count(), 4U);
+    EXPECT_EQ(cropped.means[0], 1.0F);
+    EXPECT_EQ(cropped.means[9], 5.0F);
+    EXPECT_EQ(cropped.sh[12], g.sh[2 * 12]);
+    EXPECT_EQ(need(crop_sphere(g, {4, 0, 0}, 0)).means, (std::vector<float>{4, 0, 0}));
+    EXPECT_EQ(need(crop_sphere(g, {4, 0, 3}, 2.9)).count(), 0U);
+    EXPECT_ERROR(crop_sphere(g, {0, 0, 0}, -1), Code::kInvalidArgument, "radius -1");
+    const double nan = static_cast<double>(kNanF);
+    EXPECT_ERROR(crop_sphere(g, {0, 0, 0}, nan), Code::kInvalidArgument, "expected >= 0");
+    EXPECT_ERROR(crop_sphere(g, {0, nan, 0}, 1), Code::kInvalidArgument, "centre");
+    g.sh.pop_back();
+    EXPECT_ERROR(crop_sphere(g, {0, 0, 0}, 1), Code::kInvalidArgument, "'sh'");
+}
+
 TEST(Select, FilterByOpacity) {
     Gaussians g = row_of(4);
     g.opacity_logits = {-1, 0, kNanF, kInfinity};
@@ -128,6 +146,50 @@ TEST(Statistics, MeasuresAndCounts) {
     EXPECT_EQ(s.degenerate, 1U);
     EXPECT_EQ(s.invisible, 1U);
     EXPECT_EQ(need(statistics({})).radius, 0);
+}
+
+TEST(Arrays, DegreesChangeInPlace) {
+    const Gaussians before = sample_scene(3, 2);
+    Gaussians g = before;
+    set_sh_degree(g, 3);
+    EXPECT_OK(check_arrays(g));
+    EXPECT_EQ(g.sh[48 + 26], before.sh[27 + 26]);
+    EXPECT_EQ(g.sh[48 + 27], 0.0F);
+    set_sh_degree(g, 0);
+    EXPECT_OK(check_arrays(g));
+    EXPECT_EQ(g.sh[5], before.sh[27 + 2]);
+    EXPECT_EQ(g.means, before.means);
+}
+
+TEST(Statistics, FillRatioIsTheMeanNumberOfLayers) {
+    // 101 along each axis, of scales 1, 0.1 and 0.01: 98 % of them lie within 98 of 100 units.
+    Gaussians g = row_of(101);
+    for (std::size_t i = 0; i < 101; ++i) {
+        g.means[3 * i + 1] = g.means[3 * i + 2] = static_cast<float>(i);
+        for (std::size_t k = 0; k < 3; ++k)
+            g.log_scales[3 * i + k] = static_cast<float>(-std::log(10.0) * static_cast<double>(k));
+    }
+    EXPECT_NEAR(need(statistics(g)).fill_ratio, 101 * M_PI * 0.1 / (98 * 98), 1e-8);
+    g.log_scales[0] = kNanF;  // an unknown area
+    EXPECT_NEAR(need(statistics(g)).fill_ratio, 100 * M_PI * 0.1 / (98 * 98), 1e-8);
+    g.log_scales[0] = -kInfinity;  // flat
+    EXPECT_NEAR(need(statistics(g)).fill_ratio, M_PI * (10 + 0.001) / (98 * 98), 1e-8);
+    g.log_scales[0] = kInfinity;
+    EXPECT_EQ(need(statistics(g)).fill_ratio, INFINITY);
+    // Gaussians at one place are as many layers as Gaussians of the median size.
+    g.log_scales.assign(303, -1);
+    g.means.assign(303, 2);
+    EXPECT_NEAR(need(statistics(g)).fill_ratio, 101, 1e-9);
+    EXPECT_EQ(need(statistics({})).fill_ratio, 0);
+}
+
+TEST(Statistics, CountsBytesAndBands) {
+    Gaussians g = sample_scene(5, 1);
+    EXPECT_EQ(need(statistics(g)).bytes, 5U * 4 * (3 + 3 + 4 + 1 + 12));
+    for (std::size_t i = 0; i < g.sh.size(); ++i) g.sh[i] = i % 12 < 3 ? 1 : 0;
+    EXPECT_EQ(need(statistics(g)).bands.magnitude(), 0);
+    g.sh[7] = -2;
+    EXPECT_EQ(need(statistics(g)).bands.magnitude(), 2);
 }
 
 }  // namespace

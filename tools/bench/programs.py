@@ -1,4 +1,4 @@
-"""Running the project's programs for tools/bench/devices and tools/bench/gpu: deadlines, tests by layer, hashes."""
+"""Running the project's programs for other scripts of this folder: deadlines, what they take, tests by layer, hashes."""
 
 import json
 import os
@@ -6,6 +6,7 @@ import pathlib
 import re
 import signal
 import subprocess
+import sys
 import tempfile
 from xml.etree import ElementTree
 
@@ -35,6 +36,25 @@ def run(command, environment, timeout=3600, given=None):
     except BaseException:
         os.killpg(process.pid, signal.SIGKILL)
         raise
+
+
+# The system starts a child's peak with that of the program that starts it, so this small one does.
+MEASURE = """import os, sys, time
+begin = time.monotonic()
+child = os.posix_spawnp(sys.argv[1], sys.argv[1:], os.environ)
+_, status, used = os.wait4(child, 0)
+print(time.monotonic() - begin, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024, file=sys.stderr)
+sys.exit(os.waitstatus_to_exitcode(status) != 0)"""
+
+
+def measured(command):
+    """Seconds, seconds of the CPUs and peak MiB of a command, which ends the script if it fails."""
+    command = list(map(str, command))
+    done = subprocess.run([sys.executable, "-S", "-c", MEASURE, *command], stdout=subprocess.DEVNULL,
+                          stderr=subprocess.PIPE, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(command)} failed: {done.stderr}")
+    return [float(number) for number in done.stderr.splitlines()[-1].split()]
 
 
 def last_line(text):

@@ -164,14 +164,30 @@ namespace Splat
         /** <summary>an import of other tables in the folder is removed</summary> */ Replace = 1,
     }
 
+    /// <summary>What the file of a scene says of drawing it, where formats differ. Values are those of
+    /// <c>RasterizerFlags</c>: a rasterizer draws a scene so if these bits are among its flags.</summary>
+    [Flags]
+    public enum DrawnFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /** <summary>opacities compensate for the dilation (Mip-Splatting)</summary> */ Antialiased = 2,
+        /** <summary>blended by the distance to the camera, not by depth</summary> */ ByDistance = 4096,
+        /** <summary>a Gaussian ends at 3 sigma</summary> */ Cut3Sigma = 8192,
+        /** <summary>colours are blended linear, then converted to sRGB</summary> */ LinearColors = 16384,
+    }
+
     /// <summary>A format of scene files.</summary>
     public enum SceneFormat : int
     {
         /** <summary>Nothing: the default.</summary> */ Default = 0,
         /** <summary>3DGS, ascii or binary, properties in any order</summary> */ Ply = 1,
-        /** <summary>read only</summary> */ CompressedPly = 2,
+        /** <summary>SuperSplat's quantised chunks of 256; named .compressed.ply</summary> */ CompressedPly = 2,
         /** <summary>8-bit colours, no higher SH bands</summary> */ Splat = 3,
         /** <summary>quantised; versions 1 to 4 are read, 3 and 4 written</summary> */ Spz = 4,
+        /** <summary>files of GaussianSplats3D, SH bands up to 2; read only</summary> */ Ksplat = 5,
+        /** <summary>quantised, in another order; versions 1 and 2 are read, 2 written</summary> */ Sog = 6,
+        /** <summary>glTF with KHR_gaussian_splatting; written as one file</summary> */ Gltf = 7,
+        /** <summary>glTF as one binary file</summary> */ Glb = 8,
     }
 
     /// <summary>Axes x, y, z of a file: right or left, up or down, front or back.</summary>
@@ -180,7 +196,7 @@ namespace Splat
         /** <summary>Nothing: the default.</summary> */ Default = 0,
         /** <summary>right, down, front: .ply, .splat, COLMAP, OpenCV; scenes in memory</summary> */ Rdf = 1,
         /** <summary>right, up, back: .spz, OpenGL, three.js</summary> */ Rub = 2,
-        /** <summary>left, up, front</summary> */ Luf = 3,
+        /** <summary>left, up, front: .gltf, .glb</summary> */ Luf = 3,
         /** <summary>right, up, front: Unity</summary> */ Ruf = 4,
         /** <summary>left, down, back</summary> */ Ldb = 5,
         /** <summary>right, down, back</summary> */ Rdb = 6,
@@ -193,8 +209,8 @@ namespace Splat
     public enum SceneFlags : uint
     {
         /** <summary>Nothing: the default.</summary> */ None = 0,
-        /// <summary>read .ply and .spz files with bytes that their header does not count, with a warning that they
-        /// are left out, instead of refusing them</summary>
+        /// <summary>read .ply, .spz, .ksplat and .glb files with bytes that their header does not count, with a
+        /// warning that they are left out, instead of refusing them</summary>
         Lenient = 1,
         /// <summary>write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format
         /// does not hold, with the nearest ones, instead of refusing them</summary>
@@ -397,6 +413,13 @@ namespace Splat
         /** <summary>fx, fy, cx, cy; implies GradPose</summary> */ GradIntrinsics = 512,
         /** <summary>contributions of a backward call; implies it</summary> */ Contributions = 1024,
         /** <summary>output IDS; implies Depth</summary> */ Ids = 2048,
+        /// <summary>blend by the distance of a mean to the camera, not by its depth; outputs of depth stay
+        /// z</summary>
+        SortByDistance = 4096,
+        /** <summary>alpha is 0 beyond 3 sigma of the dilated ellipse</summary> */ Cut3Sigma = 8192,
+        /// <summary>colours are linear: <c>Background</c> is sRGB and made linear, <c>Rasterizer.ReadImages</c>
+        /// converts RGB to sRGB (IEC 61966-2-1); tensors, <c>Rasterizer.Read</c> and gradients stay linear</summary>
+        LinearColors = 16384,
     }
 
     /// <summary>Work that is skipped because it does not change the image. Gaussians that a convention culls (see

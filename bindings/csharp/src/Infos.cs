@@ -143,6 +143,21 @@ namespace Splat
         /** <summary>rotations of length 0, or not finite</summary> */ public long BadRotations { get; }
         /** <summary>Gaussians with a scale below 1e-12</summary> */ public long Degenerate { get; }
         /** <summary>Gaussians of opacity below 1/255</summary> */ public long Invisible { get; }
+        /** <summary>bytes of all attributes in host memory</summary> */ public long Bytes { get; }
+        /// <summary>bytes of the packed copy on a device that draws it; a rasterizer needs more besides</summary>
+        public long DeviceBytes { get; }
+        /// <summary>about how many Gaussians lie one behind another: the sum of the areas pi s1 s2 of the 1-sigma
+        /// ellipses over the two largest scales, over the mean face of the box of the middle 98 % of the finite means
+        /// of each axis (without an area: over the median ellipse); infinite if a scale is; "fillRatio" of
+        /// splat-transform 3</summary>
+        public double FillRatio { get; }
+        /// <summary>largest magnitude of a finite coefficient above the constant one; 0: no colour depends on the
+        /// direction</summary>
+        public double BandMax { get; }
+        /// <summary>Gaussians with a scale that .spz files do not hold: below exp(-10) or above exp(5.94)</summary>
+        public long BeyondSpz { get; }
+        /// <summary>bits of <c>DrawnFlags</c>; of merged scenes those of the first</summary>
+        public DrawnFlags DrawnAs { get; }
 
         internal unsafe SceneInfo(splat_scene_info* from)
         {
@@ -162,6 +177,12 @@ namespace Splat
             BadRotations = checked((long)from->bad_rotations);
             Degenerate = checked((long)from->degenerate);
             Invisible = checked((long)from->invisible);
+            Bytes = checked((long)from->bytes);
+            DeviceBytes = checked((long)from->device_bytes);
+            FillRatio = from->fill_ratio;
+            BandMax = from->band_max;
+            BeyondSpz = checked((long)from->beyond_spz);
+            DrawnAs = from->drawn_as;
         }
     }
 

@@ -425,6 +425,7 @@ namespace Splat.Interop
 
         /// <summary>
         /// Read a scene from a file.
+        /// path      of a file; of the folder of a .sog file that is unpacked, or of its meta.json
         /// desc      may be NULL for defaults
         /// Returns SPLAT_OK, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
@@ -437,8 +438,19 @@ namespace Splat.Interop
             splat_scene_file_desc* desc, IntPtr* scene);
 
         /// <summary>
+        /// Tell how large the scene of a file is, from its head, to decide whether to read it.
+        /// desc       may be NULL for defaults
+        /// count      out, Gaussians
+        /// sh_degree  out, of the spherical harmonics that splat_scene_load would read, 0 to 3
+        /// Returns as splat_scene_load.
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_peek(byte* path,
+            splat_scene_file_desc* desc, ulong* count, uint* sh_degree);
+
+        /// <summary>
         /// Read a scene from the bytes of a file.
-        /// data      in, `bytes` bytes; .splat has no magic bytes, so desc.format must name it
+        /// data      in, `bytes` bytes; .splat, .ksplat and .gltf have no magic bytes, so desc.format must name
+        ///           them; a .gltf that names other files is refused
         /// desc      may be NULL for defaults
         /// Returns as splat_scene_load.
         /// </summary>
@@ -446,8 +458,9 @@ namespace Splat.Interop
             UIntPtr bytes, splat_scene_file_desc* desc, IntPtr* scene);
 
         /// <summary>Report what was found in the scene's file. JSON: {"format", "version", "count", "sh_degree",
-        /// "frame", "ignored": [names], "non_finite_values", "bad_rotations"}; {} for a scene without file. Returns
-        /// SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
+        /// "frame", "ignored": [names], "non_finite_values", "bad_rotations", "drawn_as": [those of "antialiased",
+        /// "by distance", "3 sigma", "linear colours"]}; {} for a scene without file. Returns SPLAT_OK,
+        /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
             splat_scene_load_report(SafeSceneHandle scene, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
@@ -515,6 +528,15 @@ namespace Splat.Interop
             scene, double* low, double* high);
 
         /// <summary>
+        /// Keep the Gaussians whose mean lies in a sphere.
+        /// center    in, exactly 3 doubles, scene units
+        /// radius    scene units, &gt;= 0; the surface belongs to the sphere
+        /// Returns as splat_scene_transform.
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_scene_crop_sphere(SafeSceneHandle scene, double* center, double radius);
+
+        /// <summary>
         /// Keep the Gaussians of opacity &gt;= min_opacity, in their order.
         /// flags        SPLAT_FILTER_ bits
         /// min_opacity  0 to 1
@@ -523,12 +545,26 @@ namespace Splat.Interop
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_filter(SafeSceneHandle
             scene, FilterFlags flags, double min_opacity);
 
+        /// <summary>Change the degree of the spherical harmonics: bands above it are dropped, missing ones are zeros.
+        /// sh_degree 0 (only the constant colour) to 3 Returns as splat_scene_transform.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_scene_set_sh_degree(SafeSceneHandle scene, uint sh_degree);
+
         /// <summary>Concatenate the Gaussians of <c>count</c> scenes into a new one, with the highest of their
         /// degrees; no scenes make an empty one. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_UNSUPPORTED (more than 2^27 Gaussians),
         /// SPLAT_ERROR_OUT_OF_HOST_MEMORY.</summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_merge(IntPtr* scenes, uint
             count, IntPtr* scene);
+
+        /// <summary>
+        /// Tell the size of a scene, without measuring it.
+        /// count     out, Gaussians; may be NULL
+        /// sh_degree  out, 0 to 3; may be NULL
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE.
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_get_size(SafeSceneHandle
+            scene, ulong* count, uint* sh_degree);
 
         /// <summary>Measure a scene. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,
         /// SPLAT_ERROR_OUT_OF_HOST_MEMORY.</summary>
@@ -1115,9 +1151,10 @@ namespace Splat.Interop
 
         /// <summary>
         /// Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are not
-        /// finite or have no extent are left out. A scene keeps its packed copy on the device for later
-        /// calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer
-        /// and device are destroyed earlier.
+        /// finite or have no extent are left out. It is drawn as the rasterizer's flags say; a warning is logged, once
+        /// for a scene, if splat_scene_info.drawn_as has bits that they lack. A scene keeps its packed copy on the device
+        /// for later calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer and
+        /// device are destroyed earlier.
         /// state           of this rasterizer; NULL: its own
         /// scene           n &lt;= N Gaussians; bands beyond the rasterizer's degree are ignored
         /// cameras         `count` = v &lt;= V cameras of 1 x 1 to W x H pixels; may be NULL for 0
@@ -1176,7 +1213,8 @@ namespace Splat.Interop
 
         /// <summary>
         /// Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once. 8 bits are 255 v
-        /// rounded and clamped, as in the files of splat_image_save.
+        /// rounded and clamped, as in the files of splat_image_save. Linear colours become sRGB, of any type of pixels
+        /// (SPLAT_RASTERIZER_LINEAR_COLORS).
         /// first     the first view
         /// images    out, `count` images of W x H pixels: as many channels as the output, or for RGB four,
         ///           of which the last is alpha (the colours stay over the background); untouched on error
@@ -1219,7 +1257,8 @@ namespace Splat.Interop
             rasterizer);
 
         /// <summary>
-        /// Draw views of a scene, with all its bands, into images, one after the other. It makes a rasterizer
+        /// Draw views of a scene, with all its bands and as its file says (splat_scene_info.drawn_as), into images,
+        /// one after the other; linear colours become sRGB. It makes a rasterizer
         /// for the call: a program that draws again and again keeps one. Thread-safe.
         /// device    NULL: the best one, opened for the call, which takes longer than to draw
         /// cameras   `count`, each of its own size; may be NULL for 0
@@ -1871,11 +1910,11 @@ namespace Splat.Interop
             IntPtr* scene);
 
         /// <summary>
-        /// Score any scene on the photographs that a fit of `desc` holds out, as that fit scores itself: a run without a
-        /// folder. Its events are one SPLAT_EVENT_VALIDATED_PIECE for each photograph, with name, both images and the numbers
-        /// "val_psnr" (dB) and "val_ssim"; SPLAT_EVENT_VALIDATION with their means, "val_views" and "gaussians"; and
-        /// SPLAT_EVENT_DONE. The drawn image is cut to 0 to 1, and only the pixels count that the lens and the mask leave;
-        /// `truths` is 0 elsewhere.
+        /// Score any scene on the photographs that a fit of `desc` holds out, as that fit scores itself, drawn as the scene's
+        /// file says (splat_scene_info.drawn_as): a run without a folder. Its events are one SPLAT_EVENT_VALIDATED_PIECE for
+        /// each photograph, with name, both images and the numbers "val_psnr" (dB) and "val_ssim"; SPLAT_EVENT_VALIDATION with
+        /// their means, "val_views" and "gaussians"; and SPLAT_EVENT_DONE. The drawn image is cut to 0 to 1, and only the
+        /// pixels count that the lens and the mask leave; `truths` is 0 elsewhere.
         /// desc      data, masks, downscale, test_every, cameras, SPLAT_FIT_WHITE_BACKGROUND and SPLAT_FIT_ALL_PHOTOS, which
         ///           scores all photographs; the rest is not read
         /// scene     in the frame and units of the cameras
@@ -2368,7 +2407,7 @@ namespace Splat.Interop
         /** <summary>NULL</summary> */ public void* next;
         /** <summary>Gaussians; 0 makes an empty scene</summary> */ public ulong count;
         /** <summary>0 to 3</summary> */ public uint sh_degree;
-        public uint reserved;
+        /** <summary>SPLAT_DRAWN_ bits</summary> */ public DrawnFlags drawn_as;
         /** <summary>arrays as above, copied; NULL: zeros (rotations: 1, 0, 0, 0)</summary> */ public float* means;
         public float* log_scales;
         public float* rotations;
@@ -2429,6 +2468,21 @@ namespace Splat.Interop
         /** <summary>rotations of length 0, or not finite</summary> */ public ulong bad_rotations;
         /** <summary>Gaussians with a scale below 1e-12</summary> */ public ulong degenerate;
         /** <summary>Gaussians of opacity below 1/255</summary> */ public ulong invisible;
+        /** <summary>bytes of all attributes in host memory</summary> */ public ulong bytes;
+        /// <summary>bytes of the packed copy on a device that draws it; a rasterizer needs more besides</summary>
+        public ulong device_bytes;
+        /// <summary>about how many Gaussians lie one behind another: the sum of the areas pi s1 s2 of the 1-sigma
+        /// ellipses over the two largest scales, over the mean face of the box of the middle 98 % of the finite means
+        /// of each axis (without an area: over the median ellipse); infinite if a scale is; "fillRatio" of
+        /// splat-transform 3</summary>
+        public double fill_ratio;
+        /// <summary>largest magnitude of a finite coefficient above the constant one; 0: no colour depends on the
+        /// direction</summary>
+        public double band_max;
+        /// <summary>Gaussians with a scale that .spz files do not hold: below exp(-10) or above exp(5.94)</summary>
+        public ulong beyond_spz;
+        /** <summary>SPLAT_DRAWN_ bits; of merged scenes those of the first</summary> */ public DrawnFlags drawn_as;
+        /** <summary>0</summary> */ public uint reserved;
     }
 
     /// <summary>A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j +
@@ -2787,7 +2841,10 @@ namespace Splat.Interop
         public uint struct_size;
         /** <summary>SPLAT_RASTERIZER_ bits</summary> */ public RasterizerFlags flags;
         /** <summary>NULL</summary> */ public void* next;
-        /** <summary>N, most Gaussians of a call; &gt;= 0</summary> */ public uint gaussians;
+        /// <summary>N, most Gaussians of a call; &gt;= 0. A scene of more than the device takes at a time is drawn in
+        /// bands of the image, with the same pixels: one view a call, without gradients, ids and outputs
+        /// [V,N,...]</summary>
+        public uint gaussians;
         /// <summary>V, most cameras of a call; 0: any number. The memory is then for one, and a call with more
         /// cameras than any before makes it anew, for which both must fit for a moment</summary>
         public uint views;
@@ -2900,12 +2957,15 @@ namespace Splat.Interop
     public unsafe struct splat_scene_render_desc
     {
         public uint struct_size;
-        /** <summary>SPLAT_RASTERIZER_ANTIALIASED</summary> */ public RasterizerFlags flags;
+        /// <summary>SPLAT_RASTERIZER_ANTIALIASED, SPLAT_RASTERIZER_SORT_BY_DISTANCE, SPLAT_RASTERIZER_CUT_3_SIGMA,
+        /// SPLAT_RASTERIZER_LINEAR_COLORS, besides those that splat_scene_info.drawn_as has</summary>
+        public RasterizerFlags flags;
         /** <summary>NULL</summary> */ public void* next;
         /** <summary>one of pixels; 0 = SPLAT_OUTPUT_RGB</summary> */ public Output output;
         /** <summary>0 = SPLAT_CONVENTION_3DGS</summary> */ public Convention convention;
-        /** <summary>RGB</summary> */ public fixed float background[3];
-        public uint reserved;
+        /// <summary>RGB, as in the images: sRGB where colours are linear</summary>
+        public fixed float background[3];
+        /** <summary>1: flags alone decide, not drawn_as; 0: both</summary> */ public uint as_given;
     }
 
     /// <summary>What an image file says of its image.</summary>
@@ -3605,7 +3665,7 @@ namespace Splat.Interop
                 "struct_size:0:4 flags:4:4 next:8:8 path:16:8 category:24:8 seed:32:8 resolution:40:4 " +
                 "train_views:44:4 test_views:48:4 train_objects:52:4 val_objects:56:4 test_objects:60:4"),
             new NativeLayout(typeof(splat_scene_desc), 112, false,
-                "struct_size:0:4 flags:4:4 next:8:8 count:16:8 sh_degree:24:4 reserved:28:4 means:32:8 " +
+                "struct_size:0:4 flags:4:4 next:8:8 count:16:8 sh_degree:24:4 drawn_as:28:4 means:32:8 " +
                 "log_scales:40:8 rotations:48:8 opacity_logits:56:8 sh:64:8 mean_count:72:8 log_scale_count:80:8 " +
                 "rotation_count:88:8 opacity_logit_count:96:8 sh_count:104:8"),
             new NativeLayout(typeof(splat_scene_file_desc), 40, false,
@@ -3613,10 +3673,12 @@ namespace Splat.Interop
                 "max_count:32:8"),
             new NativeLayout(typeof(splat_similarity), 64, true,
                 "rotation:0:32 translation:32:24 scale:56:8"),
-            new NativeLayout(typeof(splat_scene_info), 176, false,
+            new NativeLayout(typeof(splat_scene_info), 224, false,
                 "struct_size:0:4 sh_degree:4:4 count:8:8 low:16:24 high:40:24 center:64:24 radius:88:8 " +
                 "scale_min:96:8 scale_max:104:8 scale_mean:112:8 opacity_min:120:8 opacity_max:128:8 " +
-                "opacity_mean:136:8 non_finite:144:8 bad_rotations:152:8 degenerate:160:8 invisible:168:8"),
+                "opacity_mean:136:8 non_finite:144:8 bad_rotations:152:8 degenerate:160:8 invisible:168:8 " +
+                "bytes:176:8 device_bytes:184:8 fill_ratio:192:8 band_max:200:8 beyond_spz:208:8 drawn_as:216:4 " +
+                "reserved:220:4"),
             new NativeLayout(typeof(splat_camera), 168, true,
                 "width:0:4 height:4:4 fx:8:8 fy:16:8 cx:24:8 cy:32:8 world_to_camera:40:128"),
             new NativeLayout(typeof(splat_orbit_desc), 80, false,
@@ -3691,7 +3753,7 @@ namespace Splat.Interop
                 "struct_size:0:4 passes:4:4 visible:8:8 pairs:16:8 longest:24:8 tiles:32:8 empty_tiles:40:8 " +
                 "bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 items:68:4 culled:72:8 non_finite:80:8"),
             new NativeLayout(typeof(splat_scene_render_desc), 40, false,
-                "struct_size:0:4 flags:4:4 next:8:8 output:16:4 convention:20:4 background:24:12 reserved:36:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 output:16:4 convention:20:4 background:24:12 as_given:36:4"),
             new NativeLayout(typeof(splat_image_info), 16, false,
                 "struct_size:0:4 bits:4:4 focal:8:8"),
             new NativeLayout(typeof(splat_image_scores), 32, false,

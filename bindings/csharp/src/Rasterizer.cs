@@ -44,6 +44,8 @@ namespace Splat
         public Convention Convention { get; set; }
         /// <summary>Opacity compensates for the dilation.</summary>
         public bool Antialiased { get; set; }
+        /// <summary>null: as the scene's file says (SceneInfo.DrawnAs).</summary>
+        public DrawnFlags? DrawnAs { get; set; }
         /// <summary>0: those of the output; 4: RGB and alpha.</summary>
         public int Channels { get; set; }
         /// <summary>Type of the samples.</summary>
@@ -63,7 +65,8 @@ namespace Splat
             var native = new splat_scene_render_desc
             {
                 struct_size = (uint)sizeof(splat_scene_render_desc),
-                flags = Antialiased ? RasterizerFlags.Antialiased : 0,
+                flags = (Antialiased ? RasterizerFlags.Antialiased : 0) | (RasterizerFlags)(DrawnAs ?? 0),
+                as_given = DrawnAs == null ? 0u : 1u,
                 output = Output,
                 convention = Convention,
             };

@@ -20,6 +20,8 @@ namespace Splat
         public ReadOnlyMemory<float> OpacityLogits { get; set; }
         /// <summary>[n,(degree+1)^2,3] spherical harmonics, the constant term first.</summary>
         public ReadOnlyMemory<float> Sh { get; set; }
+        /// <summary>What a file would say of drawing the scene.</summary>
+        public DrawnFlags DrawnAs { get; set; }
     }
 
     /// <summary>How to read or write a file of a scene; the defaults fit most files.</summary>
@@ -93,6 +95,7 @@ namespace Splat
                     struct_size = (uint)sizeof(splat_scene_desc),
                     count = Check.Unsigned(count, nameof(count)),
                     sh_degree = Check.Unsigned(shDegree, nameof(shDegree)),
+                    drawn_as = arrays.DrawnAs,
                     means = Take(arena, arrays.Means, count, 3, nameof(arrays.Means)),
                     log_scales = Take(arena, arrays.LogScales, count, 3, nameof(arrays.LogScales)),
                     rotations = Take(arena, arrays.Rotations, count, 4, nameof(arrays.Rotations)),
@@ -114,7 +117,7 @@ namespace Splat
             return (float*)arena.Pin(values);
         }
 
-        /// <summary>Read a file: .ply, .splat, .spz.</summary>
+        /// <summary>Read a file of any format of <c>SceneFormat</c>.</summary>
         public static Scene Load(string path, SceneFileOptions options = null)
         {
             using (var arena = new Arena())
@@ -123,6 +126,20 @@ namespace Splat
                 IntPtr handle;
                 Check.Ok(Native.splat_scene_load(arena.Text(path, nameof(path)), &desc, &handle));
                 return new Scene(handle);
+            }
+        }
+
+        /// <summary>Number of Gaussians of a file and degree of their harmonics, from its head, to
+        /// decide whether to load it.</summary>
+        public static (long Count, int ShDegree) Peek(string path, SceneFileOptions options = null)
+        {
+            using (var arena = new Arena())
+            {
+                splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
+                ulong count;
+                uint degree;
+                Check.Ok(Native.splat_scene_peek(arena.Text(path, nameof(path)), &desc, &count, &degree));
+                return (checked((long)count), (int)degree);
             }
         }
 
@@ -158,15 +175,15 @@ namespace Splat
         /// whole, one after another: no other thread may change the scene meanwhile.</summary>
         public Scene Slice(long start, long count)
         {
-            SceneInfo info = Info;
-            Check.Within(start, 0, info.Count, nameof(start));
-            Check.Within(count, 0, info.Count - start, nameof(count));
+            Size(out long all, out int degree);
+            Check.Within(start, 0, all, nameof(start));
+            Check.Within(count, 0, all - start, nameof(count));
             Func<string, ReadOnlyMemory<float>> part = name =>
             {
-                int width = Width(name, info.ShDegree);
+                int width = Width(name, degree);
                 return Read(name).AsMemory((int)start * width, (int)count * width);
             };
-            return new Scene(count, info.ShDegree, new SceneArrays
+            return new Scene(count, degree, new SceneArrays
             {
                 Means = part("means"), LogScales = part("log_scales"), Rotations = part("rotations"),
                 OpacityLogits = part("opacity_logits"), Sh = part("sh"),
@@ -219,17 +236,26 @@ namespace Splat
         }
 
         /// <summary>Number of Gaussians.</summary>
-        public long Count => Info.Count;
+        public long Count { get { Size(out long count, out _); return count; } }
 
         /// <summary>Degree of the spherical harmonics.</summary>
-        public int ShDegree => Info.ShDegree;
+        public int ShDegree { get { Size(out _, out int degree); return degree; } }
+
+        private void Size(out long count, out int degree)
+        {
+            ulong gaussians;
+            uint bands;
+            Check.Ok(Native.splat_scene_get_size(Handle, &gaussians, &bands));
+            count = checked((long)gaussians);
+            degree = checked((int)bands);
+        }
 
         /// <summary>An attribute in a new array, row-major.</summary>
         public float[] Read(string name)
         {
             Check.NotNull(name, nameof(name));
-            SceneInfo info = Info;
-            float[] values = Values.New<float>(name, info.Count, Width(name, info.ShDegree));
+            Size(out long count, out int degree);
+            float[] values = Values.New<float>(name, count, Width(name, degree));
             Read(name, values);
             return values;
         }
@@ -319,6 +345,19 @@ namespace Splat
             fixed (double* to = &MemoryMarshal.GetReference(Check.Numbers(high, 3, nameof(high))))
                 Check.Ok(Native.splat_scene_crop(Handle, from, to));
         }
+
+        /// <summary>Keep the Gaussians whose mean lies in a sphere, surface included.</summary>
+        public void CropSphere(ReadOnlySpan<double> center, double radius)
+        {
+            fixed (double* middle = &MemoryMarshal.GetReference(Check.Numbers(center, 3, nameof(center))))
+                Check.Ok(Native.splat_scene_crop_sphere(Handle, middle, radius));
+        }
+
+        /// <summary>
+        /// Drop the bands of the harmonics above a degree, 0 to 3; bands that are missing become zeros.
+        /// </summary>
+        public void SetShDegree(int degree) =>
+            Check.Ok(Native.splat_scene_set_sh_degree(Handle, Check.Unsigned(degree, nameof(degree))));
 
         /// <summary>Keep the Gaussians of at least that opacity, 0 to 1.</summary>
         public void Filter(double minOpacity, FilterFlags flags = FilterFlags.None) =>

@@ -58,6 +58,14 @@ namespace Splat.Tests
                 for (int i = 0; i < 3; ++i)
                     Expect.Same(rasterizer.ReadImage(i, 3, Pixel.F32).ToFloats(), images[i].ToFloats());
                 Expect.Same(images[1].ToFloats(), scene.Render(new[] { cameras[1] }, options)[0].ToFloats());
+                options.DrawnAs = DrawnFlags.LinearColors;
+                float sum = 0;
+                foreach (float value in scene.Render(cameras, options)[0].ToFloats()) sum += value;
+                foreach (float value in images[0].ToFloats()) sum -= value;
+                Expect.True(sum > 1, "linear colours as sRGB are brighter");
+                options.DrawnAs = 0;
+                Expect.Same(images[1].ToFloats(), scene.Render(new[] { cameras[1] }, options)[0].ToFloats());
+                options.DrawnAs = null;
                 options.Channels = 2;
                 Expect.Throws<SplatException>(() => scene.Render(cameras, options, Shared.Device));
                 options.Background = new float[2];

@@ -45,6 +45,7 @@ namespace Splat.Tests
                 string path = Shared.PathOf("szene ☃.ply");
                 scene.Save(path);
                 Expect.Same(File.ReadAllBytes(path), scene.ToBytes(SceneFormat.Ply));
+                Expect.Equal((scene.Count, scene.ShDegree), Scene.Peek(path));
                 using (Scene loaded = Scene.Load(path))
                 using (Scene parsed = Scene.FromBytes(File.ReadAllBytes(path)))
                 {
@@ -69,12 +70,21 @@ namespace Splat.Tests
                 Expect.Same(new float[] { -2, 1, 0, 0, 1, 1, 2, 1, 0 }, scene.Read("means"));
                 scene.Crop(new double[] { -3, 0, 0 }, new double[] { 1, 2, 2 });
                 Expect.Equal(2L, scene.Count);
+                scene.SetShDegree(1);
+                Expect.Equal(1, scene.ShDegree);
+                Expect.Throws<SplatException>(() => scene.SetShDegree(4));
                 scene.Write("opacities", new[] { 0.1f, 0.9f });
                 scene.Filter(0.5, FilterFlags.Finite | FilterFlags.Sort);
                 Expect.Equal(1L, scene.Count);
                 using (Scene other = Shared.ThreeGaussians())
-                using (Scene both = Scene.Merge(scene, other, other))
-                    Expect.Equal(7L, both.Count);
+                {
+                    using (Scene both = Scene.Merge(scene, other, other))
+                        Expect.Equal(7L, both.Count);
+                    other.CropSphere(new double[] { 0, 0, 0 }, 1);
+                    Expect.Equal(3L, other.Count);
+                    other.CropSphere(new double[] { -1, 0, 0 }, 1);
+                    Expect.Equal(1L, other.Count);
+                }
             }
         }
 

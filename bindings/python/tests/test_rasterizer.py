@@ -64,6 +64,23 @@ class Drawing(Case):
                      background=(1,))
         self.refused(TypeError, "expected a Camera", splat.render, scene(), [3])
 
+    def test_as_the_scene_says(self) -> None:
+        view, given = cameras()[0], arrays(50)
+        usual = splat.render(scene(), view)
+        flags = splat.DrawnFlags
+        for flag, name in ((flags.ANTIALIASED, "antialiased"), (flags.CUT_3_SIGMA, "cut_3_sigma"),
+                           (flags.LINEAR_COLORS, "linear_colors")):
+            told = splat.Scene(given["means"], scales=given["scales"], rotations=given["rotations"],
+                               opacities=given["opacities"], sh=given["sh"], drawn_as=flag)
+            drawn = splat.render(told, view)
+            self.assertNotEqual(drawn, usual)
+            self.assertEqual(splat.render(told, view, drawn_as=0), usual)
+            self.assertEqual(splat.render(scene(), view, drawn_as=flag), drawn)
+            options: Any = {name: True}
+            rasterizer = splat.Rasterizer(self.device, 50, view.width, view.height, **options)
+            rasterizer.forward(told, view, background=(1, 1, 1))
+            self.assertEqual(rasterizer.images()[0], drawn)
+
     def test_any_number_of_views(self) -> None:
         rasterizer = splat.Rasterizer(self.device, 50, 48, 32)
         for count in (1, 4, 2):

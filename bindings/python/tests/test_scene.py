@@ -72,6 +72,8 @@ class Scenes(Case):
             self.assertEqual(path.read_bytes(), made.to_bytes(name))
             self.assertEqual(len(splat.Scene.load(path)), 20)
             self.assertEqual(len(splat.Scene.load(str(path))), 20)
+            self.assertEqual(splat.Scene.peek(path, format=name),
+                             (20, splat.Scene.load(path).sh_degree))
             again = splat.Scene.load(made.to_bytes(name), format=name)
             self.assertEqual(again.report["format"], name)
         np.testing.assert_array_equal(splat.Scene.load(made.to_bytes("ply")).sh, made.sh)
@@ -86,6 +88,14 @@ class Scenes(Case):
         self.assertEqual(len(splat.Scene.merge([made, made])), 40)
         made.crop(made.means.min(0), made.means[0].tolist())
         self.assertLess(len(made), 20)
+        left = made.means
+        made.crop_sphere(left[0], 1e-6)
+        np.testing.assert_array_equal(made.means, left[:1])
+        self.assertRaises(splat.InvalidArgument, made.crop_sphere, (0, 0, 0), -1)
+        made.set_sh_degree(2)
+        self.assertEqual((made.sh_degree, made.sh.shape), (2, (1, 9, 3)))
+        self.assertEqual(made.info.bytes, 4 * (3 + 3 + 4 + 1 + 27))
+        self.assertRaises(splat.InvalidArgument, made.set_sh_degree, 4)
         made.filter(0.99, finite=True, sort=True)
         self.assertTrue((made.opacities >= 0.98).all())
 
@@ -119,6 +129,12 @@ class Scenes(Case):
         self.assertEqual(pickle.loads(pickle.dumps(broken)), broken)
         empty = scene(20, 3)[:0]
         self.assertEqual(copy.copy(empty), empty)
+        flags = splat.DrawnFlags.ANTIALIASED | splat.DrawnFlags.LINEAR_COLORS
+        made = splat.Scene(np.zeros((2, 3), np.float32), drawn_as=flags)
+        for again in (copy.copy(made), pickle.loads(pickle.dumps(made)), made[:1]):
+            self.assertEqual(again.info.drawn_as, flags)
+        self.refused(splat.InvalidArgument, "drawn_as", splat.Scene, np.zeros((2, 3), np.float32), drawn_as=1)
+        made = scene(20, 2)
         named = copy.copy(Titled(made, "a"))
         self.assertEqual((type(named), named.title, named), (Titled, "a", made))
 

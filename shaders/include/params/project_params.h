@@ -30,6 +30,8 @@ SPLAT_FLAG kFlagCull = 64u;             // skip: Gaussians that no pixel of the 
 SPLAT_FLAG kFlagViewSizes = 128u;       // views have their own sizes
 SPLAT_FLAG kFlagTileMask = 256u;        // tiles may be off
 SPLAT_FLAG kFlagRanges = 512u;          // views see ranges of the Gaussians
+SPLAT_FLAG kFlagSortByDistance = 1024u;  // blended by the distance to the camera, not by depth
+SPLAT_FLAG kFlagCut3Sigma = 2048u;       // a Gaussian ends at 3 sigma
 
 // Words of a view's row of the table of ranges.
 SPLAT_FLAG kRangeFirst = 0u;   // first Gaussian that it sees

@@ -51,7 +51,8 @@ Pixel begin_pixel(uvec2 at, uvec2 corner, uint view, uint entries) {
 // Blends entry `place` of the batch, which is number `entry` of the list.
 void blend(uint place, uint entry, inout Pixel p) {
     const vec4 a = batch_a[place];
-    precise float alpha = min(kAlphaMax, a.z * exp2(log2_weight(a.xy, batch_b[place].xyz, p.centre)));
+    precise float power = log2_weight(a.xy, batch_b[place].xyz, p.centre);
+    precise float alpha = min(kAlphaMax, density(a.z, power, kCut));
     alpha = alpha >= kAlphaMin ? alpha : 0.0;
     const float next = p.t - p.t * alpha;
     const bool stops = !p.stopped && next < params.stop_below;

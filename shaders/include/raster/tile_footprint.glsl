@@ -2,8 +2,9 @@
 //
 // alpha(q) = opacity * exp2(-|L^T q|^2) for a pixel centre at offset q from the mean, with
 // |L^T q|^2 = (l11 qx + l21 qy)^2 + (l22 qy)^2. A pixel sees the Gaussian only within the ellipse
-// |L^T q|^2 <= log2(255 opacity) =: reach. Per row of tiles the ellipse's exact interval of columns:
-// Hanson et al. 2024, Speedy-Splat (SnugBox and AccuTile), here for rows of pixel centres.
+// |L^T q|^2 <= log2(255 opacity) =: reach, with kFlagCut3Sigma at most kCutReach. Per row of tiles the
+// ellipse's exact interval of columns: Hanson et al. 2024, Speedy-Splat (SnugBox and AccuTile), here for rows
+// of pixel centres.
 
 #ifndef SPLAT_TILE_FOOTPRINT_GLSL
 #define SPLAT_TILE_FOOTPRINT_GLSL
@@ -47,8 +48,11 @@ ivec2 clamped_tiles(vec2 first, vec2 last, ivec2 low, ivec2 high, out ivec2 end)
     return clamp(i0 >> 4, low, high);
 }
 
-// log2(255 opacity), with the margin.
-float opacity_reach(float opacity) { return log2(255.0 * opacity) + kReachMargin; }
+// log2(255 opacity), or where a Gaussian is cut if that is less, with the margin.
+float opacity_reach(float opacity, uint flags) {
+    const float reach = log2(255.0 * opacity);
+    return ((flags & kFlagCut3Sigma) != 0 ? min(reach, kCutReach) : reach) + kReachMargin;
+}
 
 // a: mean, opacity, depth; b: l11, l21, l22, reach; half_size: of the 3dgs square (gsplat: unread).
 Footprint tile_footprint(vec4 a, vec4 b, float half_size, uint flags, ivec2 size, ivec2 rows) {

@@ -5,7 +5,11 @@
 
 #include "api/core/tensor_arguments.h"
 #include "api/scene/camera_value.h"
+#include "core/log.h"
 #include "ops/gaussian_rows.h"
+#include "raster/bands.h"
+#include "scene/arrays.h"
+#include "scene/srgb.h"
 
 using namespace splat;
 
@@ -14,34 +18,6 @@ namespace {
 using RasterizerPointer = std::shared_ptr<api::RasterizerObject>;
 using StatePointer = std::shared_ptr<api::RasterStateObject>;
 using CopyPointer = std::shared_ptr<api::SceneCopy>;
-
-Status check_raster_flags(const splat_rasterizer_desc& desc) {
-    const auto is_set = [&](std::uint32_t bit) { return (desc.flags & bit) != 0; };
-    if (desc.convention < 0 || desc.convention > SPLAT_CONVENTION_GSPLAT)
-        return invalid("splat_rasterizer_desc.convention is %d, expected 0 to %d", desc.convention,
-                       SPLAT_CONVENTION_GSPLAT);
-    const bool gsplat = desc.convention == SPLAT_CONVENTION_GSPLAT;
-    for (const auto& [bit, name] : {std::pair(SPLAT_RASTERIZER_GRAD_POSE, "POSE"),
-                                    std::pair(SPLAT_RASTERIZER_GRAD_INTRINSICS, "INTRINSICS")})
-        if (is_set(bit) && !gsplat)
-            return invalid(
-                "splat_rasterizer_desc.flags: SPLAT_RASTERIZER_GRAD_%s needs "
-                "SPLAT_CONVENTION_GSPLAT",
-                name);
-    if (is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT) && gsplat)
-        return invalid(
-            "splat_rasterizer_desc.flags: SPLAT_RASTERIZER_ORIGINAL_GRADIENT needs "
-            "SPLAT_CONVENTION_3DGS");
-    if (is_set(SPLAT_RASTERIZER_DIRECT_COLORS) && desc.sh_degree != 0)
-        return invalid(
-            "splat_rasterizer_desc.sh_degree is %u, expected 0 with SPLAT_RASTERIZER_DIRECT_COLORS",
-            desc.sh_degree);
-    constexpr std::uint32_t kSkips = 2 * SPLAT_SKIP_BLOCKS - 1;
-    if ((desc.disabled_skips & ~kSkips) != 0)
-        return invalid("splat_rasterizer_desc.disabled_skips has unknown bits %#x",
-                       desc.disabled_skips & ~kSkips);
-    return {};
-}
 
 /// Memory for the gradients with respect to the images of desc.views views. The context's mutex is held.
 Status make_image_gradients(api::RasterGradients& made, const raster::RasterDesc& desc) {
@@ -71,6 +47,8 @@ Result<StatePointer> make_state(const api::RasterizerObject& rasterizer) {
     auto state = std::make_shared<api::RasterStateObject>(rasterizer.context);
     state->gradients = rasterizer.gradients;
     state->any_views = rasterizer.any_views;
+    state->gaussians = rasterizer.gaussians;
+    state->linear_colors = rasterizer.linear_colors;
     const std::lock_guard lock(state->context->mutex);
     SPLAT_TRY(state->context->device().alive());
     SPLAT_ASSIGN(state->rasterizer, raster::Rasterizer::create(*state->context, rasterizer.desc));
@@ -119,7 +97,8 @@ Result<raster::PackedViews> views_of_call(const api::RasterStateObject& object,
     if (count > desc.views)
         return invalid("count is %u, but the rasterizer was made for at most %u views", count,
                        desc.views);
-    return api::pack_cameras(desc, cameras, 0, count, background);
+    SPLAT_ASSIGN(const auto color, api::background_of(background, object.linear_colors));
+    return api::pack_cameras(desc, cameras, 0, count, color);
 }
 
 /// Let the views of a call see ranges of `gaussians`, if there are any. Take more memory if a call has more views or
@@ -146,18 +125,43 @@ Status make_room(api::RasterStateObject& object, std::uint32_t gaussians, const 
     return {};
 }
 
+/// For the holder of the scene's mutex, as the next function.
+Status check_scene(const api::SceneObject& scene, const api::RasterStateObject& object) {
+    if (object.rasterizer->desc().direct_colors)
+        return bad_state(
+            "the rasterizer was made for direct colours, but a scene has spherical "
+            "harmonics");
+    if (scene.gaussians.count() <= object.gaussians) return {};
+    return invalid("the scene has %zu Gaussians, but the rasterizer was made for at most %u",
+                   scene.gaussians.count(), object.gaussians);
+}
+
+/// Warn, once for a scene, if the rasterizer does not draw it as its file says.
+void warn_of_drawn_as(const api::RasterStateObject& object, api::SceneObject& scene) {
+    const raster::RasterDesc& desc = object.rasterizer->desc();
+    scene::DrawnAs lacking;
+    {
+        const std::shared_lock reading(scene.mutex);
+        lacking = scene.gaussians.drawn_as;
+    }
+    lacking.antialiased = lacking.antialiased && !desc.antialiased;
+    lacking.by_distance = lacking.by_distance && !desc.sort_by_distance;
+    lacking.three_sigma = lacking.three_sigma && !desc.cut_3_sigma;
+    lacking.linear_colors = lacking.linear_colors && !object.linear_colors;
+    if (lacking == scene::DrawnAs() || scene.warned.exchange(true)) return;
+    std::string names;
+    for (const std::string& name : scene::drawn_as_names(lacking))
+        names += (names.empty() ? "" : ", ") + name;
+    log(LogLevel::kWarning,
+        format("the scene's file says to draw it %s, which the rasterizer was not made for: add "
+               "splat_scene_info.drawn_as to splat_rasterizer_desc.flags",
+               names.c_str()));
+}
+
 /// The scene's copy on the rasterizer's device, of its degree; uploaded if there is none. The
 /// caller holds the device's mutex.
 Result<CopyPointer> copy_of(api::SceneObject& scene, const api::RasterStateObject& object) {
     raster::RasterDesc desc = object.rasterizer->desc();
-    if (desc.direct_colors)
-        return bad_state(
-            "the rasterizer was made for direct colours, but a scene has spherical "
-            "harmonics");
-    const std::shared_lock reading(scene.mutex);
-    if (scene.gaussians.count() > desc.gaussians)
-        return invalid("the scene has %zu Gaussians, but the rasterizer was made for at most %u",
-                       scene.gaussians.count(), desc.gaussians);
     desc.gaussians = static_cast<std::uint32_t>(scene.gaussians.count());
     const std::lock_guard lock(scene.copies_mutex);
     for (const CopyPointer& copy : scene.copies)
@@ -225,13 +229,44 @@ struct NamedSceneKeeper {
     }
 };
 
-/// Copy `desc.gaussians` Gaussians into the kernels' layout.
-Status pack(api::RasterStateObject& object, const raster::RasterDesc& desc,
-            const ops::GaussianRows& attributes) {
+/// Memory for the Gaussians of calls without a copy of a scene.
+Status make_inputs(api::RasterStateObject& object) {
     if (object.inputs.bytes() == 0)
         SPLAT_SET(object.inputs,
                   gaussians::allocate_set(*object.context, object.rasterizer->desc()));
+    return {};
+}
+
+/// Draw a scene of more Gaussians than the device takes at a time.
+Status draw_in_bands(api::RasterStateObject& object, const scene::Gaussians& scene,
+                     const raster::PackedViews& views, bool ranged) {
+    const raster::RasterDesc& desc = object.rasterizer->desc();
+    if (views.count() != 1 || !views.active_tiles.empty() || ranged)
+        return unsupported(
+            "%zu Gaussians are drawn in bands, because the device takes %u at a time: one view a "
+            "call, with all of its tiles and Gaussians",
+            scene.count(), desc.gaussians);
+    SPLAT_ASSIGN(const raster::Bands bands, raster::divide(scene, desc, views, desc.gaussians));
+    SPLAT_TRY(make_inputs(object));
+    const auto load = [&](const raster::Window& band) -> Result<gaussians::SetViews> {
+        const scene::Gaussians part = scene::gather(scene, bands.gaussians_of(band));
+        SPLAT_TRY(gaussians::upload(*object.context, part, object.inputs));
+        return object.inputs.views();
+    };
+    const Status done = object.rasterizer->forward_in_bands(scene.count(), bands.rows, load, views);
+    if (object.scene != nullptr && !object.rasterizer->names(object.scene->set.views()))
+        object.scene.reset();
+    object.describe();
+    return done;
+}
+
+/// Copy `desc.gaussians` Gaussians into the kernels' layout.
+Status pack(api::RasterStateObject& object, const raster::RasterDesc& desc,
+            const ops::GaussianRows& attributes) {
+    SPLAT_TRY(make_inputs(object));
     object.inputs.count = desc.gaussians;
+    object.inputs.version = 0;  // a scene drawn in bands left its own
+    object.inputs.sh_degree = scene::kMaxShDegree;
     vk::Recorder recorder(*object.context);
     SPLAT_TRY(ops::pack_rows(recorder, desc, attributes, object.inputs.views()));
     SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
@@ -267,46 +302,14 @@ Status draw_tensors(api::RasterStateObject& object, const splat_gaussians_desc& 
 
 }  // namespace
 
-Result<raster::RasterDesc> api::raster_desc_of(const splat_rasterizer_desc& from) {
-    SPLAT_TRY(check_raster_flags(from));
-    const auto is_set = [&](std::uint32_t bit) { return (from.flags & bit) != 0; };
-    const auto skips = [&](std::uint32_t bit) { return (from.disabled_skips & bit) == 0; };
-    raster::RasterDesc desc;
-    SPLAT_COPY(desc, from, gaussians, width, height, sh_degree);
-    desc.views = from.views == 0 ? 1 : from.views;
-    desc.direct_colors = is_set(SPLAT_RASTERIZER_DIRECT_COLORS);
-    const bool gsplat = from.convention == SPLAT_CONVENTION_GSPLAT;
-    desc.convention = gsplat ? raster::Convention::kGsplat : raster::Convention::k3dgs;
-    desc.antialiased = is_set(SPLAT_RASTERIZER_ANTIALIASED);
-    desc.near_plane = gsplat ? raster::kNearGsplat : raster::kNear3dgs;
-    if (from.near_plane != 0) desc.near_plane = from.near_plane;
-    if (from.far_plane != 0) desc.far_plane = from.far_plane;
-    if (from.items != 0) desc.most_items = from.items;
-    desc.extra = is_set(SPLAT_RASTERIZER_DEPTH) || is_set(SPLAT_RASTERIZER_IDS);
-    desc.normals = is_set(SPLAT_RASTERIZER_NORMALS);
-    desc.original_gradient = is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT);
-    desc.grad_depth = is_set(SPLAT_RASTERIZER_GRAD_DEPTH);
-    desc.grad_intrinsics = is_set(SPLAT_RASTERIZER_GRAD_INTRINSICS);
-    desc.grad_pose = is_set(SPLAT_RASTERIZER_GRAD_POSE) || desc.grad_intrinsics;
-    desc.contributions = is_set(SPLAT_RASTERIZER_CONTRIBUTIONS);
-    desc.ids = is_set(SPLAT_RASTERIZER_IDS);
-    desc.export_gradients = is_set(SPLAT_RASTERIZER_GRAD_MEANS2D);
-    desc.backward = is_set(SPLAT_RASTERIZER_BACKWARD) || desc.grad_depth || desc.grad_pose ||
-                    desc.export_gradients || desc.contributions;
-    desc.skips.opacity_extent = skips(SPLAT_SKIP_OPACITY_EXTENT);
-    desc.skips.exact_tiles = skips(SPLAT_SKIP_EXACT_TILES);
-    desc.skips.cull = skips(SPLAT_SKIP_CULL);
-    desc.skips.blocks = skips(SPLAT_SKIP_BLOCKS);
-    desc.skips.early_out = skips(SPLAT_SKIP_EARLY_OUT);
-    desc.skips.unchanged = skips(SPLAT_SKIP_UNCHANGED);
-    return desc;
-}
-
 Result<RasterizerPointer> api::make_rasterizer(DeviceObject& device,
                                                const splat_rasterizer_desc& from) {
     auto object = std::make_shared<RasterizerObject>(device.context);
     SPLAT_ASSIGN(object->desc, raster_desc_of(from));
     object->any_views = from.views == 0;
+    object->gaussians = from.gaussians;
+    object->desc = band_desc(device.context->device().info(), object->desc);
+    object->linear_colors = (from.flags & SPLAT_RASTERIZER_LINEAR_COLORS) != 0;
     SPLAT_TRY(raster::check_desc(device.context->device().info(), object->desc));
     SPLAT_TRY(device.test(kRasterKernels | (object->desc.backward ? kRasterGradientKernels : 0U)));
     SPLAT_ASSIGN(object->gradients, make_gradients(device.context, object->desc));
@@ -314,26 +317,36 @@ Result<RasterizerPointer> api::make_rasterizer(DeviceObject& device,
     return object;
 }
 
-Result<raster::PackedViews> api::pack_cameras(const raster::RasterDesc& desc,
-                                              const splat_camera* cameras, std::uint32_t first,
-                                              std::uint32_t count, const float* background) {
-    std::vector<scene::Camera> views;
-    for (std::uint32_t i = first; i < first + count; ++i)
-        views.push_back(camera_of(cameras[i], format("cameras[%u]", i)));
+Result<std::array<float, 3>> api::background_of(const float* background, bool linear) {
     std::array<float, 3> color{};
     for (std::size_t k = 0; background != nullptr && k < 3; ++k) {
         if (!std::isfinite(background[k]))
             return invalid("background[%zu] is %g, expected a finite number", k,
                            static_cast<double>(background[k]));
-        color[k] = background[k];
+        color[k] = linear ? scene::linear_of_srgb(background[k]) : background[k];
     }
-    return raster::pack_views(desc, views, color);
+    return color;
+}
+
+Result<raster::PackedViews> api::pack_cameras(const raster::RasterDesc& desc,
+                                              const splat_camera* cameras, std::uint32_t first,
+                                              std::uint32_t count,
+                                              const std::array<float, 3>& background) {
+    std::vector<scene::Camera> views;
+    for (std::uint32_t i = first; i < first + count; ++i)
+        views.push_back(camera_of(cameras[i], format("cameras[%u]", i)));
+    return raster::pack_views(desc, views, background);
 }
 
 Status api::draw_scene(RasterStateObject& object, SceneObject& scene, raster::PackedViews views,
                        std::span<const raster::Range> ranges) {
     const std::lock_guard lock(object.context->mutex);
+    std::shared_lock reading(scene.mutex);
+    SPLAT_TRY(check_scene(scene, object));
+    if (scene.gaussians.count() > object.rasterizer->desc().gaussians)
+        return draw_in_bands(object, scene.gaussians, views, !ranges.empty());
     SPLAT_ASSIGN(CopyPointer copy, copy_of(scene, object));
+    reading.unlock();
     SPLAT_TRY(make_room(object, copy->set.count, {ranges.begin(), ranges.end()}, views));
     const NamedSceneKeeper keeper{object, copy};
     return forward(object, copy->set.views(), views);
@@ -346,9 +359,11 @@ void api::RasterStateObject::describe() {
     if (rasterizer->drawn()) {
         SPLAT_COPY(filled, stats, passes, visible, culled, non_finite, pairs, longest, tiles,
                    empty_tiles, runs);
-        filled.gaussians = rasterizer->drawn_desc().gaussians;
+        filled.gaussians = stats.banded != 0 ? static_cast<std::uint32_t>(stats.banded)
+                                             : rasterizer->drawn_desc().gaussians;
         filled.views = rasterizer->drawn_desc().views;
-        filled.items = static_cast<std::uint32_t>(rasterizer->drawn_desc().items());
+        filled.items = static_cast<std::uint32_t>(
+            stats.banded != 0 ? stats.banded : rasterizer->drawn_desc().items());
     }
     info.set(filled);
 }
@@ -369,7 +384,7 @@ splat_result splat_rasterizer_create(splat_device device, const splat_rasterizer
                                      splat_rasterizer* rasterizer) {
     return api::create(rasterizer, [&]() -> Result<RasterizerPointer> {
         SPLAT_ASSIGN(const auto owner, api::find(device));
-        constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_IDS - 1;
+        constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_LINEAR_COLORS - 1;
         SPLAT_TRY(api::check_desc(desc, kKnown));
         return api::make_rasterizer(*owner, *desc);
     });
@@ -388,6 +403,7 @@ splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_r
         SPLAT_ASSIGN(const auto from, api::find(scene));
         SPLAT_ASSIGN(const raster::PackedViews views,
                      views_of_call(*object, cameras, count, background));
+        warn_of_drawn_as(*object, *from);
         return api::draw_scene(*object, *from, views);
     });
 }
@@ -413,6 +429,7 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer, splat_raster_
         if (has_tensors(given))
             return invalid("scene and tensors are both given, expected one of them");
         SPLAT_ASSIGN(const auto from, api::find(given.scene));
+        warn_of_drawn_as(*object, *from);
         return api::draw_scene(*object, *from, std::move(views), ranges);
     });
 }

@@ -3,6 +3,7 @@
 #include "api/core/tensor_arguments.h"
 #include "api/render/raster_calls.h"
 #include "ops/strided_copy.h"
+#include "scene/srgb.h"
 
 using namespace splat;
 
@@ -54,9 +55,15 @@ Result<const OutputRow*> find_output(const raster::RasterDesc& desc, splat_outpu
 }
 
 /// The context's mutex is held.
-Status check_drawn(const api::RasterStateObject& object) {
-    if (object.rasterizer->drawn()) return {};
-    return bad_state("the rasterizer has drawn nothing: call splat_rasterizer_forward first");
+Status check_drawn(const api::RasterStateObject& object, bool per_pixel = true) {
+    if (!object.rasterizer->drawn())
+        return bad_state("the rasterizer has drawn nothing: call splat_rasterizer_forward first");
+    const std::uint64_t banded = object.rasterizer->stats().banded;
+    if (per_pixel || banded == 0) return {};
+    return bad_state(
+        "%llu Gaussians are more than the device takes at a time: they were drawn band by band, "
+        "and have no outputs each",
+        llu(banded));
 }
 
 std::uint64_t elements_of(const raster::RasterDesc& desc, const OutputRow& row) {
@@ -167,8 +174,18 @@ Status api::fill_images(const RasterStateObject& object, splat_output output, st
     SPLAT_ASSIGN(const float* from,
                  numbers(*object.context, all.part(first * floats * 4, images.size() * floats * 4),
                          images.size() * floats, copy));
-    for (std::size_t i = 0; i < images.size(); ++i)
-        fill_pixels(images[i], from + i * floats + row->layout.offset, row->layout.stride);
+    const bool convert = object.linear_colors && output == SPLAT_OUTPUT_RGB;
+    std::vector<float> converted;
+    for (std::size_t i = 0; i < images.size(); ++i) {
+        const float* view = from + i * floats;
+        if (convert) {
+            converted.assign(view, view + floats);
+            for (std::size_t k = 0; k < converted.size(); ++k)
+                if (k % 4 != 3) converted[k] = scene::srgb_of_linear(converted[k]);
+            view = converted.data();
+        }
+        fill_pixels(images[i], view + row->layout.offset, row->layout.stride);
+    }
     return {};
 }
 
@@ -181,7 +198,7 @@ splat_result splat_rasterizer_output(splat_rasterizer rasterizer, splat_raster_s
         api::TensorArguments arguments(*object->context, "rasterizer");
         vk::BufferView view;
         const std::lock_guard lock(object->context->mutex);
-        SPLAT_TRY(check_drawn(*object));
+        SPLAT_TRY(check_drawn(*object, row->per_pixel));
         SPLAT_TRY(check_tensor(arguments, object->rasterizer->drawn_desc(), *row, tensor, view));
         SPLAT_TRY(arguments.check_unmapped());
         return copy_output(*object, *row, view);
@@ -195,7 +212,7 @@ splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_raster_sta
         if (bytes > 0) SPLAT_TRY(api::require(values, "values"));
         SPLAT_ASSIGN(const OutputRow* row, find_output(object->rasterizer->desc(), output));
         const std::lock_guard lock(object->context->mutex);
-        SPLAT_TRY(check_drawn(*object));
+        SPLAT_TRY(check_drawn(*object, row->per_pixel));
         const std::uint64_t needed =
             elements_of(object->rasterizer->drawn_desc(), *row) * row->channels * sizeof(float);
         if (bytes < needed)

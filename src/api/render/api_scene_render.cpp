@@ -2,6 +2,7 @@
 #include <shared_mutex>
 
 #include "api/render/raster_calls.h"
+#include "api/scene/drawn_as.h"
 
 using namespace splat;
 
@@ -34,6 +35,7 @@ splat_rasterizer_desc rasterizer_of(api::SceneObject& scene, const splat_scene_r
     made.sh_degree = scene.gaussians.sh_degree;
     made.views = 1;
     made.flags = desc.flags;
+    if (desc.as_given == 0) made.flags |= api::drawn_bits(scene.gaussians.drawn_as);
     made.convention = desc.convention;
     if (desc.output >= SPLAT_OUTPUT_DEPTH && desc.output <= SPLAT_OUTPUT_CONTRIBUTORS)
         made.flags |= SPLAT_RASTERIZER_DEPTH;
@@ -49,9 +51,12 @@ Result<SceneView> check_view(const vk::DeviceInfo& device, const splat_scene_ren
     rasterizer.width = cameras[i].width;
     rasterizer.height = cameras[i].height;
     view.desc = rasterizer;
-    SPLAT_ASSIGN(const raster::RasterDesc made, api::raster_desc_of(rasterizer));
+    SPLAT_ASSIGN(raster::RasterDesc made, api::raster_desc_of(rasterizer));
+    made = api::band_desc(device, made);
     SPLAT_TRY(raster::check_desc(device, made));
-    SPLAT_ASSIGN(view.camera, api::pack_cameras(made, cameras, i, 1, desc.background));
+    const bool linear = (rasterizer.flags & SPLAT_RASTERIZER_LINEAR_COLORS) != 0;
+    SPLAT_ASSIGN(const auto background, api::background_of(desc.background, linear));
+    SPLAT_ASSIGN(view.camera, api::pack_cameras(made, cameras, i, 1, background));
     SPLAT_ASSIGN(view.image, api::image_of_output(desc.output, made, images[i],
                                                   format("images[%u]", i).c_str()));
     return view;
@@ -82,7 +87,10 @@ splat_result splat_scene_render(splat_scene scene, splat_device device, const sp
     return api::with(scene, [&](const auto& from) -> Status {
         splat_scene_render_desc wanted{};
         if (desc != nullptr) {
-            SPLAT_TRY(api::check_desc(desc, SPLAT_RASTERIZER_ANTIALIASED));
+            SPLAT_TRY(api::check_desc(desc, api::kDrawnBits));
+            if (desc->as_given > 1)
+                return invalid("splat_scene_render_desc.as_given is %u, expected 0 or 1",
+                               desc->as_given);
             wanted = *desc;
         }
         if (wanted.output == 0) wanted.output = SPLAT_OUTPUT_RGB;

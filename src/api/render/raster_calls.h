@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "api/core/image_view.h"
 #include "api/handles.h"
 #include "api/objects.h"
@@ -9,15 +11,23 @@ namespace splat::api {
 /// Errors: kInvalidArgument for a field outside its range, and flags that exclude each other.
 Result<raster::RasterDesc> raster_desc_of(const splat_rasterizer_desc& from);
 
+/// The same with fewer Gaussians, where a scene of more than the device takes at a time is drawn in bands: one view of
+/// it, without gradients and ids.
+raster::RasterDesc band_desc(const vk::DeviceInfo& device, raster::RasterDesc desc);
+
 /// Errors: those of splat_rasterizer_create.
 Result<std::shared_ptr<RasterizerObject>> make_rasterizer(DeviceObject& device,
                                                           const splat_rasterizer_desc& from);
 
-/// Pack cameras[first] to cameras[first + count - 1] and the background, NULL being black. Errors: kInvalidArgument,
-/// naming the camera by its number.
+/// A call's background, NULL being black. `linear`: it is sRGB and made linear. Errors: kInvalidArgument.
+Result<std::array<float, 3>> background_of(const float* background, bool linear);
+
+/// Pack cameras[first] to cameras[first + count - 1] and the background. Errors: kInvalidArgument, naming the camera by
+/// its number.
 Result<raster::PackedViews> pack_cameras(const raster::RasterDesc& desc,
                                          const splat_camera* cameras, std::uint32_t first,
-                                         std::uint32_t count, const float* background);
+                                         std::uint32_t count,
+                                         const std::array<float, 3>& background);
 
 /// Draw a scene, with more memory where the state takes any number of views. `ranges`: of each view, empty: all.
 /// Locks the context's mutex.

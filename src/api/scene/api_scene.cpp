@@ -3,7 +3,10 @@
 
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "api/scene/drawn_as.h"
 #include "api/scene/scene_attribute.h"
+#include "gaussians/gaussian_set.h"
+#include "io/scene_formats.h"
 #include "scene/arrays.h"
 #include "scene/select.h"
 #include "scene/statistics.h"
@@ -25,9 +28,11 @@ Result<scene::Gaussians> gaussians_of(const splat_scene_desc& desc) {
     if (desc.sh_degree > scene::kMaxShDegree)
         return invalid("splat_scene_desc.sh_degree is %u, expected 0 to %u", desc.sh_degree,
                        scene::kMaxShDegree);
+    SPLAT_TRY(api::check_flags(desc.drawn_as, api::kDrawnBits, "splat_scene_desc.drawn_as"));
     SPLAT_TRY(check_count(desc.count));
     const auto count = static_cast<std::size_t>(desc.count);
     scene::Gaussians gaussians = scene::make_gaussians(count, desc.sh_degree);
+    gaussians.drawn_as = api::drawn_as_of(desc.drawn_as);
     const auto fill = [](const char* name, const float* from, std::uint64_t length,
                          std::vector<float>& to) -> Status {
         if (from == nullptr && length != 0)
@@ -98,6 +103,10 @@ splat_scene_info info_of(const scene::Statistics& s) {
     info.opacity_min = s.opacities.min;
     info.opacity_max = s.opacities.max;
     info.opacity_mean = s.opacities.mean;
+    SPLAT_COPY(info, s, bytes, fill_ratio);
+    info.band_max = s.bands.magnitude();
+    info.device_bytes =
+        gaussians::SetDesc{static_cast<std::uint32_t>(s.count), s.sh_degree}.bytes();
     return info;
 }
 
@@ -198,6 +207,13 @@ splat_result splat_scene_crop(splat_scene scene, const double* low, const double
     });
 }
 
+splat_result splat_scene_crop_sphere(splat_scene scene, const double* center, double radius) {
+    return replace(scene, [&](const scene::Gaussians& from) -> Result<scene::Gaussians> {
+        SPLAT_TRY(api::require(center, "center"));
+        return scene::crop_sphere(from, glm::make_vec3(center), radius);
+    });
+}
+
 splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_opacity) {
     return replace(scene, [&](const scene::Gaussians& from) -> Result<scene::Gaussians> {
         SPLAT_TRY(api::check_flags(flags, SPLAT_FILTER_FINITE | SPLAT_FILTER_SORT));
@@ -211,6 +227,17 @@ splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_op
     });
 }
 
+splat_result splat_scene_set_sh_degree(splat_scene scene, uint32_t sh_degree) {
+    return api::with(scene, [&](const auto& object) -> Status {
+        if (sh_degree > scene::kMaxShDegree)
+            return invalid("sh_degree is %u, expected 0 to %u", sh_degree, scene::kMaxShDegree);
+        const std::lock_guard lock(object->mutex);
+        scene::set_sh_degree(object->gaussians, sh_degree);
+        object->copies.clear();
+        return {};
+    });
+}
+
 splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count, splat_scene* scene) {
     return api::create(scene, [&]() -> api::Scenes::Made {
         if (count > 0) SPLAT_TRY(api::require(scenes, "scenes"));
@@ -220,10 +247,22 @@ splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count, splat_
     });
 }
 
+splat_result splat_scene_get_size(splat_scene scene, uint64_t* count, uint32_t* sh_degree) {
+    return api::with(scene, [&](const auto& object) -> Status {
+        const std::shared_lock lock(object->mutex);
+        if (count != nullptr) *count = object->gaussians.count();
+        if (sh_degree != nullptr) *sh_degree = object->gaussians.sh_degree;
+        return {};
+    });
+}
+
 splat_result splat_scene_get_info(splat_scene scene, splat_scene_info* info) {
     return api::describe(scene, info, "info", [&](auto& object) -> Result<splat_scene_info> {
         const std::shared_lock lock(object.mutex);
         SPLAT_ASSIGN(const scene::Statistics measured, scene::statistics(object.gaussians));
-        return info_of(measured);
+        splat_scene_info filled = info_of(measured);
+        filled.beyond_spz = io::scales_beyond_spz(object.gaussians);
+        filled.drawn_as = api::drawn_bits(object.gaussians.drawn_as);
+        return filled;
     });
 }

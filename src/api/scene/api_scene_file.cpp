@@ -57,7 +57,8 @@ std::string report_text(const io::LoadReport& report) {
     json.member("count", report.count).member("sh_degree", report.sh_degree);
     json.member("frame", scene::frame_name(report.frame)).key("ignored").list(report.ignored);
     json.member("non_finite_values", report.non_finite_values);
-    json.member("bad_rotations", report.bad_rotations).end();
+    json.member("bad_rotations", report.bad_rotations).key("drawn_as");
+    json.list(scene::drawn_as_names(report.drawn_as)).end();
     return json.text();
 }
 
@@ -75,12 +76,16 @@ std::string formats_text() {
     return json.end().text();
 }
 
-api::Scenes::Made load(io::Bytes file, const char* name, const splat_scene_file_desc& desc) {
+io::LoadOptions load_options(const splat_scene_file_desc& desc) {
     io::LoadOptions options;
     options.frame = frame_of(desc);
     if (desc.max_count != 0) options.max_count = desc.max_count;
     options.lenient = (desc.flags & SPLAT_SCENE_LENIENT) != 0;
-    SPLAT_ASSIGN(io::LoadedScene loaded, io::read_scene(file, name, options, format_of(desc)));
+    return options;
+}
+
+api::Scenes::Made make_scene(io::LoadedScene loaded, const char* name,
+                             const splat_scene_file_desc& desc) {
     if (!loaded.report.left_out.empty()) {
         log(LogLevel::kWarning,
             format("'%s': %s are left out", name, loaded.report.left_out.c_str()));
@@ -89,15 +94,16 @@ api::Scenes::Made load(io::Bytes file, const char* name, const splat_scene_file_
     auto object = std::make_shared<api::SceneObject>();
     object->report = report_text(loaded.report);
     if (const auto degree = degree_of(desc))
-        object->gaussians = scene::with_sh_degree(loaded.gaussians, *degree);
+        object->gaussians = scene::with_sh_degree(std::move(loaded.gaussians), *degree);
     else
         object->gaussians = std::move(loaded.gaussians);
     return object;
 }
 
-Result<io::Buffer> file_of(api::SceneObject& object, const io::SceneFormat& format,
-                           const splat_scene_file_desc& desc) {
-    if (desc.spz_version != 0 && format.write != io::write_spz)
+/// Errors: kInvalidArgument for a version that is not of the format.
+Result<io::SaveOptions> save_options(const io::SceneFormat& format,
+                                     const splat_scene_file_desc& desc) {
+    if (desc.spz_version != 0 && format.write != io::put_spz)
         return invalid("splat_scene_file_desc.spz_version is %u, but the file is a %s; leave it 0",
                        desc.spz_version, format.name);
     io::SaveOptions options;
@@ -105,8 +111,7 @@ Result<io::Buffer> file_of(api::SceneObject& object, const io::SceneFormat& form
     options.sh_degree = degree_of(desc);
     if (desc.spz_version != 0) options.spz_version = desc.spz_version;
     options.clamp = (desc.flags & SPLAT_SCENE_CLAMP) != 0;
-    const std::shared_lock lock(object.mutex);
-    return io::write_scene(object.gaussians, format, options);
+    return options;
 }
 
 }  // namespace
@@ -120,8 +125,22 @@ splat_result splat_scene_load(const char* path, const splat_scene_file_desc* des
     return api::create(scene, [&]() -> api::Scenes::Made {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
-        SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
-        return load(file, path, full);
+        SPLAT_ASSIGN(io::LoadedScene loaded,
+                     io::load_scene(path, load_options(full), format_of(full)));
+        return make_scene(std::move(loaded), path, full);
+    });
+}
+
+splat_result splat_scene_peek(const char* path, const splat_scene_file_desc* desc, uint64_t* count,
+                              uint32_t* sh_degree) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(path, "path", count, "count", sh_degree, "sh_degree"));
+        SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
+        SPLAT_ASSIGN(const io::SceneHead head,
+                     io::load_scene_head(path, load_options(full), format_of(full)));
+        *count = head.count;
+        *sh_degree = degree_of(full).value_or(head.sh_degree);
+        return {};
     });
 }
 
@@ -130,7 +149,10 @@ splat_result splat_scene_load_memory(const void* data, size_t bytes,
     return api::create(scene, [&]() -> api::Scenes::Made {
         SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
-        return load({static_cast<const std::byte*>(data), bytes}, "memory", full);
+        const io::Bytes file(static_cast<const std::byte*>(data), bytes);
+        SPLAT_ASSIGN(io::LoadedScene loaded,
+                     io::read_scene(file, "memory", load_options(full), format_of(full)));
+        return make_scene(std::move(loaded), "memory", full);
     });
 }
 
@@ -141,8 +163,11 @@ splat_result splat_scene_save(splat_scene scene, const char* path,
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         const io::SceneFormat* format = format_of(full);
         if (format == nullptr) SPLAT_SET(format, io::written_scene_format(path));
-        SPLAT_ASSIGN(const io::Buffer file, file_of(*object, *format, full));
-        return io::write_file(path, file);
+        SPLAT_ASSIGN(const io::SaveOptions options, save_options(*format, full));
+        return io::write_file(path, [&](io::ByteSink& to) {
+            const std::shared_lock lock(object->mutex);
+            return io::put_scene(object->gaussians, *format, options, to);
+        });
     });
 }
 
@@ -156,7 +181,12 @@ splat_result splat_scene_save_memory(splat_scene scene, const splat_scene_file_d
             return invalid(
                 "splat_scene_file_desc.format is 0, but memory has no extension; name a "
                 "SPLAT_SCENE_ format");
-        SPLAT_ASSIGN(const io::Buffer file, file_of(*object, *format, full));
-        return give(file);
+        io::BufferSink to;
+        SPLAT_ASSIGN(const io::SaveOptions options, save_options(*format, full));
+        {
+            const std::shared_lock lock(object->mutex);
+            SPLAT_TRY(io::put_scene(object->gaussians, *format, options, to));
+        }
+        return give(to.file);
     });
 }

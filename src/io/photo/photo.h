@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "io/image.h"
 
 namespace splat::io {
@@ -21,6 +23,14 @@ Result<Image> read_jpeg(Bytes file, const ImageOptions& options = {});
 /// Errors       kFormat if it is not a WebP, damaged or truncated; kUnsupported for animations;
 ///              as check_header()
 Result<Image> read_webp(Bytes file, const ImageOptions& options = {});
+
+/// The longest side of a WebP image.
+inline constexpr std::uint32_t kLongestWebpSide = 16383;
+
+/// A lossless WebP file of [height,width,4] bytes, which keep their values below alpha 0, too. Determinism: the same
+/// bytes for one version of libwebp. Errors: kInvalidArgument if the length or a side does not fit.
+Result<Buffer> write_webp(std::span<const std::uint8_t> rgba, std::uint32_t width,
+                          std::uint32_t height);
 
 /// What the Exif segment of a JPEG file says, where it is there and not damaged.
 struct Exif {

@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
+#include "core/shown.h"
 #include "io/bytes.h"
 #include "io/ply_rows.h"
 #include "scene/arrays.h"
+#include "scene/select.h"
 #include "scene/sh.h"
 
 namespace splat::io {
@@ -52,7 +55,7 @@ Result<std::vector<std::size_t>> columns_of(const PlyElement& element,
     }
     for (const PlyProperty& property : element.properties)
         if (std::ranges::find(names, property.name) == names.end())
-            report.ignored.push_back(element.name + "." + property.name);
+            report.ignored.push_back(element.name + "." + shown(property.name, 80));
     return columns;
 }
 
@@ -181,6 +184,110 @@ Gaussians decode(const Packed& packed) {
     return g;
 }
 
+/// The number of this fraction in bits: the nearest of 0 to 2^count - 1.
+std::uint32_t packed_fraction(double fraction, unsigned count) {
+    const double most = (1U << count) - 1;
+    return static_cast<std::uint32_t>(std::lround(std::clamp(fraction, 0.0, 1.0) * most));
+}
+
+/// Where a value lies in a range; 0 where that is empty.
+double place_in(double value, double low, double high) {
+    return high > low ? (value - low) / (high - low) : 0;
+}
+
+/// Three values in their ranges, as fractions_11_10_11() reads them.
+std::uint32_t pack_11_10_11(const std::array<double, 3>& values, const double* low,
+                            const double* high) {
+    return packed_fraction(place_in(values[0], low[0], high[0]), 11) << 21U |
+           packed_fraction(place_in(values[1], low[1], high[1]), 10) << 11U |
+           packed_fraction(place_in(values[2], low[2], high[2]), 11);
+}
+
+/// The inverse of decode_rotation(): the sign of the largest component is taken out.
+std::uint32_t pack_rotation(const float* wxyz) {
+    std::size_t largest = 0;
+    for (std::size_t i = 1; i < 4; ++i)
+        if (std::abs(wxyz[i]) > std::abs(wxyz[largest])) largest = i;
+    const double sign = wxyz[largest] < 0 ? -1 : 1;
+    auto word = static_cast<std::uint32_t>(largest);
+    for (std::size_t i = 0; i < 4; ++i)
+        if (i != largest)
+            word = word << 10U |
+                   packed_fraction(sign * static_cast<double>(wxyz[i]) / std::sqrt(2.0) + 0.5, 10);
+    return word;
+}
+
+/// The byte whose value decode_band() has; the middles of 1/256 are as near as half of that.
+std::uint8_t encode_band(float value) {
+    return static_cast<std::uint8_t>(
+        std::clamp(std::floor((static_cast<double>(value) / 8 + 0.5) * 256), 0.0, 255.0));
+}
+
+/// What a chunk has a range of, in the order of kRanges: mean, log scale, colour.
+std::array<std::array<double, 3>, 3> ranged_values(const Gaussians& g, std::size_t i) {
+    const std::size_t each = std::size_t{scene::sh_coefficients(g.sh_degree)} * 3;
+    std::array<std::array<double, 3>, 3> values{};
+    for (std::size_t k = 0; k < 3; ++k) {
+        values[0][k] = static_cast<double>(g.means[i * 3 + k]);
+        values[1][k] = static_cast<double>(g.log_scales[i * 3 + k]);
+        values[2][k] = 0.5 + scene::kSh0 * static_cast<double>(g.sh[i * each + k]);
+    }
+    return values;
+}
+
+/// Minima and maxima, rounded to what the file holds.
+Chunk chunk_of(const Gaussians& g, std::span<const std::size_t> indices) {
+    Chunk chunk{};
+    for (std::size_t n = 0; n < indices.size(); ++n) {
+        const auto values = ranged_values(g, indices[n]);
+        for (std::size_t a = 0; a < 3; ++a)
+            for (std::size_t k = 0; k < 3; ++k) {
+                double& low = chunk[6 * a + k];
+                double& high = chunk[6 * a + 3 + k];
+                const auto value = static_cast<double>(static_cast<float>(values[a][k]));
+                low = n == 0 ? value : std::min(low, value);
+                high = n == 0 ? value : std::max(high, value);
+            }
+    }
+    return chunk;
+}
+
+void put_words(Buffer& to, const Gaussians& g, std::size_t i, const Chunk& chunk) {
+    const auto [mean, scale, color] = ranged_values(g, i);
+    put(to, pack_11_10_11(mean, &chunk[0], &chunk[3]));
+    put(to, pack_rotation(&g.rotations[i * 4]));
+    put(to, pack_11_10_11(scale, &chunk[6], &chunk[9]));
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+        word = (word |
+                packed_fraction(
+                    place_in(color[k], chunk[kColorRanges + k], chunk[kColorRanges + 3 + k]), 8))
+               << 8U;
+    put(to, word | opacity_byte(g.opacity_logits[i]));
+}
+
+std::string compressed_header(const Gaussians& g) {
+    std::string text = "ply\nformat binary_little_endian 1.0\n";
+    if (g.drawn_as.antialiased) text += kAntialiasedPly;
+    text += "element chunk " + std::to_string(ceil_div(g.count(), kChunkSize)) + "\n";
+    for (const char* name : kRanges) text += std::string("property float ") + name + "\n";
+    text += "element vertex " + std::to_string(g.count()) + "\n";
+    for (const char* name : kWords) text += std::string("property uint ") + name + "\n";
+    const std::size_t rest = kRestOfDegree[g.sh_degree];
+    if (rest > 0) text += "element sh " + std::to_string(g.count()) + "\n";
+    for (std::size_t i = 0; i < rest; ++i)
+        text += "property uchar f_rest_" + std::to_string(i) + "\n";
+    return text + "end_header\n";
+}
+
+std::size_t clamped_bands(const Gaussians& g) {
+    const std::size_t each = std::size_t{scene::sh_coefficients(g.sh_degree)} * 3;
+    std::size_t clamped = 0;
+    for (std::size_t i = 0; i < g.sh.size(); ++i)
+        if (i % each >= 3 && std::abs(g.sh[i]) > 4) ++clamped;
+    return clamped;
+}
+
 bool has_packed_chunks(const PlyHeader& header) {
     const PlyElement* const vertex = header.find("vertex");
     return header.find("chunk") != nullptr && vertex != nullptr && vertex->find("packed_position");
@@ -210,24 +317,57 @@ Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) 
             SPLAT_TRY(read_rest(element, rows, packed, report));
         } else {
             SPLAT_TRY(rows.skip(element));
-            report.ignored.push_back("element " + element.name);
+            report.ignored.push_back("element " + shown(element.name, 80));
         }
     }
     SPLAT_TRY(check_complete(packed));
     DecodeBudget budget(file.size(), options.limits);
-    SPLAT_TRY(check_count(header.find("vertex")->count, scene::kMaxShDegree, options, budget,
+    SPLAT_TRY(check_count(header.find("vertex")->count, packed.degree, options, budget,
                           "compressed ply"));
     SPLAT_ASSIGN(report.left_out, rows.rest(options.lenient));
-    return finish_load(decode(packed), std::move(report), scene::Frame::kRdf, options);
+    Gaussians gaussians = decode(packed);
+    gaussians.drawn_as.antialiased = antialiased_ply(header, report);
+    return finish_load(std::move(gaussians), std::move(report), scene::Frame::kRdf, options);
+}
+
+Status put_compressed_ply(const Gaussians& gaussians, const SaveOptions& options, ByteSink& to) {
+    SPLAT_ASSIGN(Gaussians scene, prepare_save(gaussians, scene::Frame::kRdf, options));
+    SPLAT_TRY(check_numbers(scene, "compressed ply"));
+    warn_of_loss("compressed ply", scene::normalise_rotations(scene), scene.count(),
+                 "rotations have length 0");
+    const std::size_t rest = kRestOfDegree[scene.sh_degree] / 3;
+    warn_of_loss("compressed ply", clamped_bands(scene), 3 * rest * scene.count(),
+                 "harmonics are beyond 4, and are clamped");
+    const std::vector<std::size_t> order = scene::morton_order(scene);
+    Buffer chunks, words, bands;
+    words.reserve(scene.count() * std::size(kWords) * sizeof(std::uint32_t));
+    bands.reserve(3 * rest * scene.count());
+    for (std::size_t first = 0; first < scene.count(); first += kChunkSize) {
+        const auto indices =
+            std::span(order).subspan(first, std::min(kChunkSize, scene.count() - first));
+        const Chunk chunk = chunk_of(scene, indices);
+        for (const double value : chunk) put(chunks, static_cast<float>(value));
+        for (const std::size_t i : indices) put_words(words, scene, i, chunk);
+    }
+    for (const std::size_t i : order)
+        for (std::size_t channel = 0; channel < 3; ++channel)
+            for (std::size_t k = 1; k <= rest; ++k)
+                put(bands, encode_band(scene.sh[(i * (rest + 1) + k) * 3 + channel]));
+    SPLAT_TRY(to.put(as_bytes(compressed_header(scene))));
+    SPLAT_TRY(to.put(chunks));
+    SPLAT_TRY(to.put(words));
+    return to.put(bands);
 }
 
 extern const SceneFormat kCompressedPlyFormat = {
     .id = 2,
     .name = "compressed ply",
-    .extension = ".ply",
+    .extension = ".compressed.ply",
     .holds = "quantised chunks of 256, as SuperSplat writes them",
     .mark = "the line 'ply'",
     .detect = is_compressed_ply,
-    .read = read_compressed_ply};
+    .read = read_compressed_ply,
+    .write = put_compressed_ply,
+    .says = {.antialiased = true}};
 
 }  // namespace splat::io

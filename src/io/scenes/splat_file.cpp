@@ -1,8 +1,8 @@
 #include "io/scene_file.h"
 #include "io/scene_formats.h"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/log.h"
 #include "io/bytes.h"
@@ -32,12 +32,21 @@ void decode(const std::byte* at, Gaussians& g, std::size_t i) {
         g.rotations[i * 4 + k] = static_cast<float>((byte(28 + k) - 128) / 128.0);
 }
 
-/// Finite, but its exponential is 0 or infinite as a float32.
-bool is_lost(float log_scale) {
-    const double scale = std::exp(static_cast<double>(log_scale));
-    return std::isfinite(log_scale) &&
-           (scale > static_cast<double>(std::numeric_limits<float>::max()) ||
-            static_cast<float>(scale) == 0);
+/// Errors: kInvalidArgument for what bytes cannot hold of Gaussian i, which is called `number`.
+Status check(const Gaussians& g, std::size_t i, std::size_t number) {
+    if (!all_finite(g.rotations, i, 4) || !all_finite(g.sh, i, 3) ||
+        std::isnan(g.opacity_logits[i]))
+        return invalid(
+            "splat: Gaussian %zu has a rotation, opacity or colour that is not finite, "
+            "which bytes cannot hold; remove it, or write .ply",
+            number);
+    for (std::size_t k = 3 * i; k < 3 * i + 3; ++k)
+        if (loses_scale(g.log_scales[k]))
+            return invalid(
+                "splat: Gaussian %zu has a log scale of %g, whose exponential float32 "
+                "cannot hold, expected about -103 to 88; remove it, or write .ply",
+                number, static_cast<double>(g.log_scales[k]));
+    return {};
 }
 
 void encode(Buffer& to, const Gaussians& g, std::size_t i) {
@@ -62,41 +71,41 @@ Result<LoadedScene> read_splat(Bytes file, const LoadOptions& options) {
             file.size(), file.size() % kBytesEach, count);
     DecodeBudget budget(file.size(), options.limits);
     SPLAT_TRY(check_count(count, 0, options, budget, "splat"));
-    Gaussians gaussians = scene::make_gaussians(count, 0);
-    for (std::size_t i = 0; i < count; ++i) decode(file.data() + i * kBytesEach, gaussians, i);
+    Gaussians gaussians = scene::reserve_gaussians(count, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (i % kSceneBlock == 0) {
+            if (options.discard) discard(file.first(i * kBytesEach));
+            scene::resize(gaussians, std::min(i + kSceneBlock, count));
+        }
+        decode(file.data() + i * kBytesEach, gaussians, i);
+    }
     LoadReport report;
     return finish_load(std::move(gaussians), std::move(report), scene::Frame::kRdf, options);
 }
 
-Result<Buffer> write_splat(const Gaussians& gaussians, const SaveOptions& options) {
+Status put_splat(const Gaussians& gaussians, const SaveOptions& options, ByteSink& to) {
     SaveOptions flat = options;
     flat.sh_degree = 0;
-    SPLAT_ASSIGN(Gaussians scene, prepare_save(gaussians, scene::Frame::kRdf, flat));
-    const std::size_t bad_rotations = scene::normalise_rotations(scene);
+    SPLAT_TRY(check_save(gaussians, flat));
     if (!options.sh_degree && gaussians.sh_degree > 0)
         log(LogLevel::kWarning,
             format("splat: harmonics of degree 1 to %u are not kept: the format has none",
                    gaussians.sh_degree));
-    warn_of_loss("splat", clipped_colors(scene, scene::kSh0), scene.sh.size(), kClipped);
-    warn_of_loss("splat", bad_rotations, scene.count(), "rotations have length 0");
-    Buffer file;
-    file.reserve(scene.count() * kBytesEach);
-    for (std::size_t i = 0; i < scene.count(); ++i) {
-        if (!all_finite(scene.rotations, i, 4) || !all_finite(scene.sh, i, 3) ||
-            std::isnan(scene.opacity_logits[i]))
-            return invalid(
-                "splat: Gaussian %zu has a rotation, opacity or colour that is not finite, "
-                "which bytes cannot hold; remove it, or write .ply",
-                i);
-        for (std::size_t k = 3 * i; k < 3 * i + 3; ++k)
-            if (is_lost(scene.log_scales[k]))
-                return invalid(
-                    "splat: Gaussian %zu has a log scale of %g, whose exponential float32 "
-                    "cannot hold, expected about -103 to 88; remove it, or write .ply",
-                    i, static_cast<double>(scene.log_scales[k]));
-        encode(file, scene, i);
-    }
-    return file;
+    warn_of_loss("splat", clipped_colors(gaussians, scene::kSh0), 3 * gaussians.count(), kClipped);
+    std::size_t bad_rotations = 0;
+    Buffer rows;
+    const auto put_block = [&](Gaussians& block, std::size_t first) -> Status {
+        bad_rotations += scene::normalise_rotations(block);
+        rows.clear();
+        for (std::size_t i = 0; i < block.count(); ++i) {
+            SPLAT_TRY(check(block, i, first + i));
+            encode(rows, block, i);
+        }
+        return to.put(rows);
+    };
+    SPLAT_TRY(for_saved_blocks(gaussians, scene::Frame::kRdf, flat, put_block));
+    warn_of_loss("splat", bad_rotations, gaussians.count(), "rotations have length 0");
+    return {};
 }
 
 extern const SceneFormat kSplatFormat = {.id = 3,
@@ -104,7 +113,7 @@ extern const SceneFormat kSplatFormat = {.id = 3,
                                          .extension = ".splat",
                                          .holds = "8-bit colours without view dependence",
                                          .read = read_splat,
-                                         .write = write_splat,
+                                         .write = put_splat,
                                          .max_sh_degree = 0};
 
 }  // namespace splat::io

@@ -246,30 +246,22 @@ constexpr int kFinestFractionBits = 23;
 constexpr double kEnoughSteps = 1 << 16;
 constexpr double kMaxFixed = 8388607;
 
-Status check_finite(const Gaussians& g) {
-    for (std::size_t i = 0; i < g.count(); ++i)
-        if (!holds_numbers(g, i))
-            return invalid(
-                "spz: Gaussian %zu has a value that is not finite, which the format cannot "
-                "hold; remove it, or write .ply",
-                i);
-    return {};
-}
-
 /// Scales that a byte holds: exp(-10) to exp(5.9375), and what rounds to them.
 constexpr double kLeastLogScale = -10 - 0.5 / 16, kMostLogScale = 255.5 / 16 - 10;
 constexpr double kMostClamped = 0.01;  ///< largest share of the Gaussians; more make another scene
 
+/// The least or the largest scale of Gaussian i.
+float end_of_scales(const Gaussians& g, std::size_t i, bool largest) {
+    const auto [least, most] = std::minmax_element(&g.log_scales[3 * i], &g.log_scales[3 * i] + 3);
+    return largest ? *most : *least;
+}
+
 /// Errors: kInvalidArgument, with the factor that helps, if too many scales do not fit.
 Status check_scales(const Gaussians& g, bool clamp) {
-    std::vector<float> least(g.count()), most(g.count());
     std::size_t small = 0, large = 0;
     for (std::size_t i = 0; i < g.count(); ++i) {
-        const float* const s = &g.log_scales[3 * i];
-        least[i] = std::min({s[0], s[1], s[2]});
-        most[i] = std::max({s[0], s[1], s[2]});
-        small += static_cast<double>(least[i]) < kLeastLogScale ? 1 : 0;
-        large += static_cast<double>(most[i]) > kMostLogScale ? 1 : 0;
+        small += static_cast<double>(end_of_scales(g, i, false)) < kLeastLogScale ? 1 : 0;
+        large += static_cast<double>(end_of_scales(g, i, true)) > kMostLogScale ? 1 : 0;
     }
     const auto few = static_cast<std::size_t>(kMostClamped * static_cast<double>(g.count()));
     if (clamp || (small <= few && large <= few)) {
@@ -279,14 +271,16 @@ Status check_scales(const Gaussians& g, bool clamp) {
                      "Gaussians have a scale above exp(5.9375), and get that");
         return {};
     }
-    const auto ranked = [few](std::vector<float>& values, auto order) {
+    const auto ranked = [&](bool largest, auto order) {
+        std::vector<float> values(g.count());
+        for (std::size_t i = 0; i < values.size(); ++i) values[i] = end_of_scales(g, i, largest);
         const auto rank = values.begin() + static_cast<std::ptrdiff_t>(few);
         std::nth_element(values.begin(), rank, values.end(), order);
         return static_cast<double>(*rank);
     };
     // A little further, because two digits are told.
-    const double factor = small > few ? 1.05 * std::exp(-10 - ranked(least, std::less<>()))
-                                      : 0.95 * std::exp(5.9375 - ranked(most, std::greater<>()));
+    const double factor = small > few ? 1.05 * std::exp(-10 - ranked(false, std::less<>()))
+                                      : 0.95 * std::exp(5.9375 - ranked(true, std::greater<>()));
     const std::string scaling = small > few && large > few
                                     ? std::string("write .ply")
                                     : splat::format("scale the scene by %.2g, write .ply", factor);
@@ -342,10 +336,8 @@ std::uint8_t band_byte(float value, int step) {
     return to_byte(step * std::round((128 * static_cast<double>(value) + 128) / step));
 }
 
-/// Array `which` of the file.
-Buffer encode(const Gaussians& g, const Header& header, std::size_t which) {
-    Buffer to;
-    to.reserve(g.count() * bytes_each(header)[which]);
+/// Appends to array `which` of the file.
+void encode(Buffer& to, const Gaussians& g, const Header& header, std::size_t which) {
     const std::size_t each = std::size_t{scene::sh_coefficients(g.sh_degree)} * 3;
     if (which == kMeans) put_means(to, g, header.fraction_bits);
     for (std::size_t i = 0; i < g.count(); ++i) {
@@ -362,7 +354,6 @@ Buffer encode(const Gaussians& g, const Header& header, std::size_t which) {
             for (std::size_t k = 3; k < each; ++k)
                 put(to, band_byte(sh[k], k < 12 ? kBand1Step : kHigherStep));
     }
-    return to;
 }
 
 void put_header(Buffer& to, const Header& header) {
@@ -370,29 +361,49 @@ void put_header(Buffer& to, const Header& header) {
     put(to, header);
 }
 
-Result<Buffer> pack_whole(const Gaussians& g, const Header& header) {
-    Buffer plain;
-    put_header(plain, header);
-    for (std::size_t i = 0; i < kArrays; ++i) put_bytes(plain, encode(g, header, i));
-    return gzip(plain);
+/// The arrays of a file, which take a third of the Gaussians' memory or less.
+using Plain = std::array<Buffer, kArrays>;
+
+Result<Plain> encode_all(const Gaussians& gaussians, const SaveOptions& options,
+                         const Header& header) {
+    Plain plain;
+    for (std::size_t i = 0; i < kArrays; ++i)
+        plain[i].reserve(gaussians.count() * bytes_each(header)[i]);
+    std::size_t bad_rotations = 0;
+    const auto encode_block = [&](Gaussians& block, std::size_t) -> Status {
+        bad_rotations += scene::normalise_rotations(block);
+        for (std::size_t i = 0; i < kArrays; ++i) encode(plain[i], block, header, i);
+        return {};
+    };
+    SPLAT_TRY(for_saved_blocks(gaussians, kSpzFrame, options, encode_block));
+    warn_of_loss("spz", bad_rotations, gaussians.count(), "rotations have length 0");
+    return plain;
 }
 
-Result<Buffer> pack_streams(const Gaussians& g, Header header) {
+Status pack_whole(const Plain& plain, const Header& header, ByteSink& to) {
+    GzipSink packed(to);
+    Buffer head;
+    put_header(head, header);
+    SPLAT_TRY(packed.put(head));
+    for (const Buffer& array : plain) SPLAT_TRY(packed.put(array));
+    return packed.finish();
+}
+
+Status pack_streams(Plain plain, Header header, ByteSink& to) {
     header.streams = static_cast<std::uint8_t>(header.degree == 0 ? kSh : kArrays);
-    Buffer file;
-    put_header(file, header);
-    put(file, static_cast<std::uint32_t>(kHeader4Bytes));
-    file.resize(kHeader4Bytes);
-    Buffer streams;
+    Buffer head;
+    put_header(head, header);
+    put(head, static_cast<std::uint32_t>(kHeader4Bytes));
+    head.resize(kHeader4Bytes);
     for (std::size_t i = 0; i < header.streams; ++i) {
-        const Buffer plain = encode(g, header, i);
-        SPLAT_ASSIGN(const Buffer packed, zstd(plain));
-        put(file, static_cast<std::uint64_t>(packed.size()));
-        put(file, static_cast<std::uint64_t>(plain.size()));
-        put_bytes(streams, packed);
+        SPLAT_ASSIGN(Buffer packed, zstd(plain[i]));
+        put(head, static_cast<std::uint64_t>(packed.size()));
+        put(head, static_cast<std::uint64_t>(plain[i].size()));
+        plain[i] = std::move(packed);
     }
-    put_bytes(file, streams);
-    return file;
+    SPLAT_TRY(to.put(head));
+    for (std::size_t i = 0; i < header.streams; ++i) SPLAT_TRY(to.put(plain[i]));
+    return {};
 }
 
 }  // namespace
@@ -412,31 +423,48 @@ Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options) {
                           options, budget, "spz"));
     LoadReport report;
     report.version = header.version;
-    if ((header.flags & kAntialiased) != 0) report.ignored.emplace_back("flag antialiased");
-    if (header.degree > scene::kMaxShDegree) report.ignored.emplace_back("SH bands 4 to 4");
+    if (header.degree > scene::kMaxShDegree) report.ignored.push_back(dropped_bands(header.degree));
     SPLAT_ASSIGN(const Arrays arrays, header.version >= 4
                                           ? unpack_streams(file, header, options, report, budget)
                                           : unpack_whole(file, header, options, report, budget));
-    return finish_load(decode(arrays, header), std::move(report), kSpzFrame, options);
+    Gaussians gaussians = decode(arrays, header);
+    gaussians.drawn_as.antialiased = (header.flags & kAntialiased) != 0;
+    return finish_load(std::move(gaussians), std::move(report), kSpzFrame, options);
 }
 
-Result<Buffer> write_spz(const Gaussians& gaussians, const SaveOptions& options) {
+std::uint64_t scales_beyond_spz(const Gaussians& g) {
+    std::uint64_t count = 0;
+    for (std::size_t i = 0; i < g.count(); ++i) {
+        const float* const first = &g.log_scales[3 * i];
+        if (std::any_of(first, first + 3, [](float value) {
+                const auto log_scale = static_cast<double>(value);
+                return log_scale < kLeastLogScale || log_scale > kMostLogScale;
+            }))
+            ++count;
+    }
+    return count;
+}
+
+Status put_spz(const Gaussians& gaussians, const SaveOptions& options, ByteSink& to) {
     if (options.spz_version != 3 && options.spz_version != 4)
         return unsupported("spz: version %u to write, expected 3 or 4", options.spz_version);
-    SPLAT_ASSIGN(Gaussians scene, prepare_save(gaussians, kSpzFrame, options));
-    SPLAT_TRY(check_finite(scene));
-    if (scene.count() > 0xFFFFFFFFU)
-        return unsupported("spz: %zu Gaussians, the format counts in 32 bits", scene.count());
-    SPLAT_TRY(check_scales(scene, options.clamp));
-    warn_of_loss("spz", scene::normalise_rotations(scene), scene.count(),
-                 "rotations have length 0");
-    warn_of_loss("spz", clipped_colors(scene, kColorScale), 3 * scene.count(), kClipped);
+    SPLAT_TRY(for_saved_blocks(gaussians, kSpzFrame, options,
+                               [](const Gaussians& block, std::size_t first) {
+                                   return check_numbers(block, "spz", first);
+                               }));
+    if (gaussians.count() > 0xFFFFFFFFU)
+        return unsupported("spz: %zu Gaussians, the format counts in 32 bits", gaussians.count());
+    SPLAT_TRY(check_scales(gaussians, options.clamp));
+    warn_of_loss("spz", clipped_colors(gaussians, kColorScale), 3 * gaussians.count(), kClipped);
     Header header;
     header.version = options.spz_version;
-    header.count = static_cast<std::uint32_t>(scene.count());
-    header.degree = static_cast<std::uint8_t>(scene.sh_degree);
-    SPLAT_ASSIGN(header.fraction_bits, choose_fraction_bits(scene));
-    return header.version == 4 ? pack_streams(scene, header) : pack_whole(scene, header);
+    header.count = static_cast<std::uint32_t>(gaussians.count());
+    header.degree = static_cast<std::uint8_t>(options.sh_degree.value_or(gaussians.sh_degree));
+    header.flags = gaussians.drawn_as.antialiased ? kAntialiased : 0;
+    SPLAT_ASSIGN(header.fraction_bits, choose_fraction_bits(gaussians));
+    SPLAT_ASSIGN(Plain plain, encode_all(gaussians, options, header));
+    return header.version == 4 ? pack_streams(std::move(plain), header, to)
+                               : pack_whole(plain, header, to);
 }
 
 extern const SceneFormat kSpzFormat = {.id = 4,
@@ -446,7 +474,8 @@ extern const SceneFormat kSpzFormat = {.id = 4,
                                        .mark = "gzip or 'NGSP'",
                                        .detect = is_spz,
                                        .read = read_spz,
-                                       .write = write_spz,
-                                       .frame = kSpzFrame};
+                                       .write = put_spz,
+                                       .frame = kSpzFrame,
+                                       .says = {.antialiased = true}};
 
 }  // namespace splat::io

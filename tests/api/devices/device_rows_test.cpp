@@ -256,8 +256,9 @@ TEST_P(ApiDeviceRows, WhatIsTooLargeIsRefusedInNumbers) {
                    "at most " + std::to_string(most));
     if (row_.no_rendering != nullptr) return;
     const std::uint64_t gaussians = most / 48;
-    const splat_rasterizer_desc many =
+    splat_rasterizer_desc many =
         rasterizer_desc(static_cast<std::uint32_t>(gaussians + 1), kSide, kSide);
+    many.flags |= SPLAT_RASTERIZER_BACKWARD;  // images alone are drawn in bands
     Rasterizer rasterizer;
     EXPECT_REFUSED(splat_rasterizer_create(device_, &many, rasterizer.out()), kUnsupported,
                    "takes at most " + std::to_string(gaussians) + " in all");

@@ -57,7 +57,10 @@ void MisuseTable::rasterizer_rows() {
     invalid("no width", kArgument, [](auto& d) { d.width = 0; });
     invalid("no height", kArgument, [](auto& d) { d.height = 0; });
     invalid("too wide", kUnsupported, [](auto& d) { d.width = UINT32_MAX; });
-    invalid("too many", kUnsupported, [](auto& d) { d.gaussians = UINT32_MAX; });
+    invalid("too many with gradients", kUnsupported, [](auto& d) {
+        d.gaussians = UINT32_MAX;
+        d.flags = SPLAT_RASTERIZER_BACKWARD;
+    });
     invalid("too many views", kUnsupported, [](auto& d) { d.views = UINT32_MAX; });
     invalid("a degree too high", kArgument, [](auto& d) { d.sh_degree = 4; });
     invalid("unknown skips", kArgument, [](auto& d) { d.disabled_skips = 64; });
@@ -168,6 +171,7 @@ void MisuseTable::scene_render_rows() {
     desc("no output", kArgument, [](auto& d) { d.output = 13; });
     desc("an unknown convention", kArgument, [](auto& d) { d.convention = 3; });
     desc("gradients", kArgument, [](auto& d) { d.flags = SPLAT_RASTERIZER_BACKWARD; });
+    desc("as given twice", kArgument, [](auto& d) { d.as_given = 2; });
     desc("a background that is not finite", kArgument, [](auto& d) { d.background[2] = NAN; });
     const auto cameras = wrong_structs<splat_camera>("splat_scene_render", "cameras");
     cameras("without pixels", kArgument, [](auto& c) { c.width = 0; });

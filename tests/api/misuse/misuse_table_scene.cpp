@@ -9,12 +9,14 @@ namespace {
 constexpr float kSix[6] = {};
 constexpr double kLowest[3] = {};
 constexpr double kHighest[3] = {1, 1, 1};
+constexpr double kNowhere[3] = {0, NAN, 0};
 
 }  // namespace
 
 void MisuseTable::scene_rows() {
     const auto invalid = wrong_structs<splat_scene_desc>("splat_scene_create");
     invalid("a degree too high", kArgument, [](auto& d) { d.sh_degree = 4; });
+    invalid("drawn as nothing known", kArgument, [](auto& d) { d.drawn_as = 1; });
     invalid("an array that is too short", kArgument, [](auto& d) {
         d.count = 2;
         d.means = kSix;
@@ -26,6 +28,12 @@ void MisuseTable::scene_rows() {
     SPLAT_WRONG(splat_scene_crop)
         .given("high", kLowest)
         .each("low", "above high", kArgument, kHighest);
+    SPLAT_WRONG(splat_scene_crop_sphere)
+        .given("center", kLowest)
+        .each("radius", "out of range", kArgument, -1.0, NAN)
+        .given("radius", 1.0)
+        .each("center", "not finite", kArgument, kNowhere);
+    SPLAT_WRONG(splat_scene_set_sh_degree).each("sh_degree", "too high", kArgument, 4U, UINT32_MAX);
     SPLAT_WRONG(splat_scene_filter).each("min_opacity", "out of range", kArgument, -0.1, 1.1, NAN);
     handles<splat_scene>(
         "splat_scene_merge", "scenes",
@@ -34,6 +42,14 @@ void MisuseTable::scene_rows() {
     add("splat_scene_merge", "count", "0: an empty scene", SPLAT_OK, [one = scene_.get()] {
         Scene empty;
         return splat_scene_merge(&one, 0, empty.out());
+    });
+    add("splat_scene_get_size", "count", "NULL: not asked", SPLAT_OK, [one = scene_.get()] {
+        std::uint32_t degree = 0;
+        return splat_scene_get_size(one, nullptr, &degree);
+    });
+    add("splat_scene_get_size", "sh_degree", "NULL: not asked", SPLAT_OK, [one = scene_.get()] {
+        std::uint64_t count = 0;
+        return splat_scene_get_size(one, &count, nullptr);
     });
     const auto names = [](const auto& rows) {
         rows.each("name", "NULL", kArgument, nullptr)
@@ -52,7 +68,7 @@ void MisuseTable::scene_rows() {
 void MisuseTable::scene_file_rows() {
     constexpr const char* kNoFile = "/nonexistent/scene.ply";
     for (const char* function : {"splat_scene_load", "splat_scene_load_memory", "splat_scene_save",
-                                 "splat_scene_save_memory"}) {
+                                 "splat_scene_save_memory", "splat_scene_peek"}) {
         const auto invalid = wrong_structs<splat_scene_file_desc>(function);
         for (auto splat_scene_file_desc::*field :
              {&splat_scene_file_desc::format, &splat_scene_file_desc::frame,
@@ -61,6 +77,9 @@ void MisuseTable::scene_file_rows() {
                 invalid("a field out of range", kArgument, [=](auto& d) { d.*field = value; });
     }
     SPLAT_WRONG(splat_scene_load)
+        .given("desc", nullptr)
+        .each("path", "no file", kNotFound, kNoFile);
+    SPLAT_WRONG(splat_scene_peek)
         .given("desc", nullptr)
         .each("path", "no file", kNotFound, kNoFile);
     SPLAT_WRONG(splat_scene_load_memory)

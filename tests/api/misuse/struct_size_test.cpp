@@ -77,10 +77,6 @@ TEST(ApiStructSize, AReservedMemberIsRefusedWhereTheStructIsRead) {
         named_array("a", {}, {}),
         [&](auto* array) { return splat_weights_from_arrays(array, 1, weights.out()); },
         "arrays[0]");
-    Scene made;
-    refuse(
-        sized<splat_scene_desc>(), [&](auto* desc) { return splat_scene_create(desc, made.out()); },
-        "splat_scene_desc");
     auto batch = sized<splat_trainer_batch>();
     batch.reserved = 1;
     EXPECT_DONE(splat_batches_next(make_batches(), 0, &batch));

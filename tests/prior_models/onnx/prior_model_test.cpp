@@ -9,7 +9,7 @@
 #include "data/resample.h"
 #include "prior_models/onnx/sample_models.h"
 #include "prior_models/point_depth.h"
-#include "ref/priors_ref.h"
+#include "ref/images/priors_ref.h"
 #include "support/expect_status.h"
 
 namespace splat::prior_models {

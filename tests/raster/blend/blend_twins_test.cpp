@@ -134,6 +134,14 @@ TEST_P(BlendTwins, ScenesOfAllKinds) {
     }
 }
 
+TEST_P(BlendTwins, CutAndByDistance) {
+    const RasterCase scene = opaque_scene({300, 61, 50}, 210);
+    for (const RasterMode& mode : std::span(kDrawnModes).last(2)) {
+        const raster::RasterDesc desc = desc_of(scene, mode);
+        expect_twins(context(), plain(), scene, desc, call_of(scene, desc));
+    }
+}
+
 /// Without the outputs that may be left out, in one view.
 TEST_P(BlendTwins, ImagesAlone) {
     const RasterCase scene = opaque_scene({300, 61, 50}, 207);

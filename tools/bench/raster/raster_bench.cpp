@@ -31,6 +31,7 @@ class Side {
         check(splat_scene_get_info(from.scene.get(), &info));
         auto desc = sized<splat_rasterizer_desc>();
         desc.flags = backward ? SPLAT_RASTERIZER_BACKWARD : 0;
+        desc.flags |= info.drawn_as;
         desc.gaussians = static_cast<std::uint32_t>(info.count);
         desc.width = from.cameras[0].width;
         desc.height = from.cameras[0].height;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "ref/images/srgb_ref.h"
 #include "ref/rasterize_ref.h"
 #include "vkrun/cli/handles.h"
 
@@ -40,6 +41,11 @@ ref::RasterScene<double> reference_scene(const RasterCase& from, std::size_t vie
     scene.options = ref::raster_options<double>(from.convention == SPLAT_CONVENTION_GSPLAT
                                                     ? ref::Convention::kGsplat
                                                     : ref::Convention::k3dgs);
+    scene.options.antialiased = (info.drawn_as & SPLAT_DRAWN_ANTIALIASED) != 0;
+    scene.options.sort_by_distance = (info.drawn_as & SPLAT_DRAWN_BY_DISTANCE) != 0;
+    scene.options.cut_3_sigma = (info.drawn_as & SPLAT_DRAWN_CUT_3_SIGMA) != 0;
+    if ((info.drawn_as & SPLAT_DRAWN_LINEAR_COLORS) != 0)
+        for (double& channel : scene.background) channel = ref::linear_of_srgb(channel);
     return scene;
 }
 

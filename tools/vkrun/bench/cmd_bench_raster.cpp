@@ -35,6 +35,8 @@ backward, in at least three timed rounds, or one if rounds take long.
                      previous one. "bands above D": spherical harmonics of all degrees against
                      those up to D, which make another image
 
+A scene is drawn as its file says (see 'vkrun render').
+
 Without SCENE: 100,000 random Gaussians at 640 x 360.
 
 Exit status: 0 success, 1 a run failed, 2 wrong usage, 3 no device, 4 a file cannot be read.

@@ -28,6 +28,7 @@
 #include "vkrun/eval/shard_merge.h"
 #include "vkrun/predict/drawing.h"
 #include "vkrun/predict/network.h"
+#include "vkrun/scene/scene_file.h"
 #include "vkrun/weights/builtin_weights.h"
 
 namespace vkrun {
@@ -229,11 +230,6 @@ Json shared_settings(const EvalOptions& options, const NetworkFiles& files) {
             {"--objects", options.objects}, {"--views", options.views}};
 }
 
-bool is_scene(const std::string& path) {
-    const std::string kind = extension_of(path);
-    return kind == ".ply" || kind == ".splat" || kind == ".spz";
-}
-
 /// Throws a usage Failure for an option that has no effect.
 void check_kind(const CLI::App& command, bool scene) {
     const char* const of_scenes[] = {"--test-every", "--downscale", "--cameras",
@@ -249,8 +245,9 @@ void check_kind(const CLI::App& command, bool scene) {
 }
 
 int evaluate(const CLI::App& command, const EvalOptions& options) {
-    check_kind(command, is_scene(options.weights));
-    if (is_scene(options.weights)) {
+    const bool scene = named_format(options.weights) != nullptr;
+    check_kind(command, scene);
+    if (scene) {
         check_no_run(options.out, "eval");
         return evaluate_scene(options.weights, options.data, options.out, options.scene,
                               options.device, options.json);
@@ -304,7 +301,7 @@ void add_eval(CLI::App& app, int& exit_code) {
     command
         ->add_option("WEIGHTS", options->weights,
                      "Weights of the network: .safetensors, .pth or .npz, or the name of built-in\n"
-                     "ones: cars64; or a scene: .ply, .splat or .spz")
+                     "ones: cars64; or a file of a scene, such as .ply")
         ->required()
         ->type_name("");
     command

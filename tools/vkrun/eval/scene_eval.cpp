@@ -199,7 +199,8 @@ int evaluate_scene(const std::string& path, const std::string& data, const std::
                     {"gaussians", file.info.count},
                     {"views", scoring.rows.size()},
                     {"downscale", options.downscale},
-                    {"border", options.border}};
+                    {"border", options.border},
+                    {"drawn_as", drawn_names(file.info.drawn_as)}};
     add_scores(results, scoring.mean);
     results["per_view"] = Json::array();
     for (const ViewRow& row : scoring.rows) {

@@ -106,8 +106,7 @@ Run open_fit(splat_device device, const FitOptions& options) {
 /// Throws a usage Failure for a file that the scene cannot be written to.
 void check_scene_files(const FitOptions& options) {
     for (const std::string& file : options.scenes) {
-        const std::string kind = extension_of(file);
-        if (kind != ".ply" && kind != ".splat" && kind != ".spz")
+        if (named_format(file, true) == nullptr)
             throw Failure(kUsageError, "--scene is '" + file +
                                            "', expected a file of the extension " +
                                            scene_extensions(true));
@@ -226,7 +225,7 @@ void add_fit(CLI::App& app, int& exit_code) {
     add_changes_option(*command, f.values);
     command
         ->add_option("--scene", f.scenes,
-                     "Another file for the scene, .ply, .splat or .spz; may be\nrepeated")
+                     "Another file for the scene, " + scene_extensions(true) + ";\nmay be repeated")
         ->type_name("FILE")
         ->take_all()
         ->expected(1)

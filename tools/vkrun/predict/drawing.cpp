@@ -15,7 +15,7 @@ Rasterizer make_rasterizer(splat_device device, const Scene& scene, const splat_
     auto info = sized<splat_scene_info>();
     check(splat_scene_get_info(scene.get(), &info));
     auto desc = sized<splat_rasterizer_desc>();
-    desc.flags = flags;
+    desc.flags = flags | info.drawn_as;
     desc.gaussians = static_cast<std::uint32_t>(info.count);
     desc.sh_degree = info.sh_degree;
     desc.views = views;

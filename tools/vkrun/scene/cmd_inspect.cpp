@@ -14,6 +14,7 @@
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/scene/camera_file.h"
+#include "vkrun/scene/memory.h"
 #include "vkrun/scene/scene_file.h"
 
 namespace vkrun {
@@ -23,11 +24,29 @@ constexpr const char* kInspectFooter =
     R"(
 Cameras: a NeRF transforms.json, or the folder of a COLMAP model.
 
-  frame       axes x, y and z of the file: right or left, up or down, front or back
+  memory      that the scene takes in host memory, and its copy on a device that draws it
+  corners     of the box around all means (centres of Gaussians), in the axes RDF, whatever the
+              frame of the file
   centre      median of the means; 95 % of them are within the radius around it
+  scales      standard deviations along the axes of the Gaussians
   invisible   Gaussians of opacity below 1/255, which are never drawn
   degenerate  Gaussians with a scale below 1e-12
+  fill ratio  about how many Gaussians lie one behind another: the areas of all 1-sigma ellipses
+              over the mean face of the box that holds 98 % of the means along each axis, as
+              splat-transform has it. Up to hundreds are usual; a scene of more draws slowly
   fov_x       horizontal field of view, degrees
+
+Below "for other renderers" is what another program may take otherwise, or stumble over:
+
+  frame       axes x, y and z of the file by their first letters: right or left, up or down, front
+              or back
+  drawn as    plain 3DGS: blended by depth, in display colours, without antialiasing; or those of
+              "antialiased", "by distance", "3 sigma" (where a Gaussian ends) and "linear colours"
+              that the file says
+  colours     degree of the harmonics, and whether any colour depends on the direction
+  .spz        whether .spz holds the scales: those from exp(-10) to exp(5.94)
+  not finite  numbers of all attributes that are NaN or infinite
+  bad rotations  quaternions of length 0, or not finite
 
 A value that depends on an image size that the file lacks is "not given" (null in JSON).
 
@@ -43,10 +62,26 @@ struct InspectOptions {
     bool ignore_distortion = false;
     bool lenient = false;
     bool json = false;
+    std::uint64_t memory = 0;
 };
 
 std::string vector_text(const double* v) {
     return format("%.4g %.4g %.4g", v[0], v[1], v[2]);
+}
+
+/// "-y": the axis of the file that points up.
+std::string up_axis(const SceneFile& file) {
+    const auto frame = file.report.at("frame").get<std::string>();
+    const std::size_t axis = frame.find_first_of("UD");
+    return std::string(frame[axis] == 'U' ? "+" : "-") + "xyz"[axis];
+}
+
+std::string number_text(std::uint64_t n) {
+    return format("%llu", static_cast<unsigned long long>(n));
+}
+
+void print_row(const char* name, const std::string& text) {
+    std::printf("%-20s%s\n", name, text.c_str());
 }
 
 Json scene_json(const SceneFile& file) {
@@ -62,36 +97,52 @@ Json scene_json(const SceneFile& file) {
         {"min", info.opacity_min}, {"max", info.opacity_max}, {"mean", info.opacity_mean}};
     json["degenerate"] = info.degenerate;
     json["invisible"] = info.invisible;
+    json["bytes"] = info.bytes;
+    json["device_bytes"] = info.device_bytes;
+    json["fill_ratio"] = info.fill_ratio;  // null if it is infinite
+    json["up"] = up_axis(file);
+    json["constant_colors"] = info.band_max == 0;
+    json["beyond_spz"] = info.beyond_spz;
     return json;
+}
+
+/// What another renderer may take otherwise.
+void print_for_renderers(const SceneFile& file) {
+    const splat_scene_info& info = file.info;
+    std::printf("for other renderers:\n");
+    print_row("  frame", file.report.at("frame").get<std::string>() + ", up is " + up_axis(file));
+    print_row("  drawn as", drawn_as_text(file));
+    print_row("  colours",
+              format("SH degree %u; %s", info.sh_degree,
+                     info.band_max == 0 ? "the same from all sides" : "depend on the direction"));
+    print_row("  .spz", info.beyond_spz == 0 ? "holds all scales"
+                                             : "does not hold scales of " +
+                                                   number_text(info.beyond_spz) + " Gaussians");
+    print_row("  not finite", number_text(info.non_finite) + " numbers");
+    print_row("  bad rotations", number_text(info.bad_rotations));
 }
 
 void print_scene(const SceneFile& file) {
     const splat_scene_info& info = file.info;
-    const auto row = [](const char* name, const std::string& text) {
-        std::printf("%-20s%s\n", name, text.c_str());
-    };
-    const auto number = [](std::uint64_t n) {
-        return format("%llu", static_cast<unsigned long long>(n));
-    };
     const auto version = file.report.at("version").get<unsigned>();
-    row("format", file.report.at("format").get<std::string>() +
-                      (version != 0 ? format(", version %u", version) : ""));
-    row("Gaussians", number(info.count));
-    row("SH degree", format("%u", info.sh_degree));
-    row("frame", file.report.at("frame").get<std::string>());
-    row("low corner", vector_text(info.low));
-    row("high corner", vector_text(info.high));
-    row("centre", vector_text(info.center));
-    row("radius", format("%.4g", info.radius));
-    row("scales",
-        format("%.3g to %.3g, mean %.3g", info.scale_min, info.scale_max, info.scale_mean));
-    row("opacities",
-        format("%.3g to %.3g, mean %.3g", info.opacity_min, info.opacity_max, info.opacity_mean));
-    row("invisible", number(info.invisible));
-    row("degenerate", number(info.degenerate));
-    row("not finite", number(info.non_finite));
-    row("bad rotations", number(info.bad_rotations));
-    for (const Json& name : file.report.at("ignored")) row("ignored", name.get<std::string>());
+    print_row("format", file.report.at("format").get<std::string>() +
+                            (version != 0 ? format(", version %u", version) : ""));
+    print_row("Gaussians", number_text(info.count));
+    print_row("memory", bytes_text(info.bytes) + "; on a device " + bytes_text(info.device_bytes));
+    print_row("low corner", vector_text(info.low));
+    print_row("high corner", vector_text(info.high));
+    print_row("centre", vector_text(info.center));
+    print_row("radius", format("%.4g", info.radius));
+    print_row("scales",
+              format("%.3g to %.3g, mean %.3g", info.scale_min, info.scale_max, info.scale_mean));
+    print_row("opacities", format("%.3g to %.3g, mean %.3g", info.opacity_min, info.opacity_max,
+                                  info.opacity_mean));
+    print_row("invisible", number_text(info.invisible));
+    print_row("degenerate", number_text(info.degenerate));
+    print_row("fill ratio", format("%.3g", info.fill_ratio));
+    print_for_renderers(file);
+    for (const Json& name : file.report.at("ignored"))
+        print_row("ignored", name.get<std::string>());
 }
 
 /// Horizontal field of view, degrees.
@@ -158,7 +209,8 @@ void print_cameras(const CameraFile& file, bool size_known) {
 int run_inspect(const InspectOptions& options) {
     const std::string& path = options.path;
     std::error_code none;
-    const bool cameras = std::filesystem::is_directory(path, none) || path.ends_with(".json");
+    const bool cameras = !is_unpacked_sog(path) &&
+                         (std::filesystem::is_directory(path, none) || path.ends_with(".json"));
     Json document;
     if (cameras) {
         const ImageSize size = image_size(options.size);
@@ -174,6 +226,7 @@ int run_inspect(const InspectOptions& options) {
                           std::string(options.size.empty() ? "--ignore-distortion" : "--size") +
                               " is for camera files, and '" + path + "' is read as a scene");
         const auto desc = scene_file_desc(options.lenient);
+        check_memory(path, desc, options.memory);
         const SceneFile file = load_scene(path, &desc);
         if (!options.json) print_scene(file);
         document = scene_json(file);
@@ -191,7 +244,8 @@ void add_inspect(CLI::App& app, int& exit_code) {
     const auto options = std::make_shared<InspectOptions>();
     command
         ->add_option("FILE", options->path,
-                     "Scene, transforms.json, or the folder of a COLMAP model")
+                     "Scene (a file, or the folder of an unpacked .sog),\ntransforms.json, or the "
+                     "folder of a COLMAP model")
         ->required()
         ->type_name("");
     command
@@ -201,6 +255,7 @@ void add_inspect(CLI::App& app, int& exit_code) {
     command->add_flag("--ignore-distortion", options->ignore_distortion,
                       "Ignore the distortion of lenses");
     command->add_flag("--lenient", options->lenient, kLenientHelp);
+    add_memory_option(*command, options->memory);
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = run_inspect(*options); });
 }

@@ -24,6 +24,7 @@
 #include "vkrun/cli/stopwatch.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/scene/camera_file.h"
+#include "vkrun/scene/memory.h"
 #include "vkrun/scene/render_options.h"
 #include "vkrun/scene/scene_file.h"
 #include "vkrun/view/scene_viewer.h"
@@ -37,6 +38,10 @@ NAME.png, and with --outputs also NAME_alpha, NAME_depth and NAME_normal. A .npy
 numbers. In a .png, 0 to 1 become 0 to 255; depths (expected, along z) are divided by the largest of
 the image; normals, in the axes of the camera, are mapped from -1..1 to 0..1. Images of an orbit or a
 path get a transforms.json with their cameras, which 'vkrun fit' takes.
+
+A scene is drawn as its file says, unless --drawn-as says otherwise: with opacities that compensate for the dilation
+(antialiased), blended by the distance to the camera rather than by depth (by-distance), cut at 3 sigma (3-sigma), or
+blended linear and converted to sRGB (linear-colours; --background is sRGB, too). The last line names what was done.
 
 A path goes smoothly through all cameras of its file, by equal steps, with the lens of the first one. ffmpeg makes a
 video of its frames: ffmpeg -framerate 30 -i path/%04d.png -pix_fmt yuv420p path.mp4
@@ -135,11 +140,20 @@ std::vector<View> path_views(const RenderOptions& options) {
     return views;
 }
 
+/// SPLAT_DRAWN_ bits.
+std::uint32_t drawn_as(const RenderOptions& options, const SceneFile& file) {
+    return drawn_bits(options.drawn_as, file.info.drawn_as) |
+           (options.antialiased ? SPLAT_DRAWN_ANTIALIASED : 0);
+}
+
 /// Draws views of one scene; a change of size replaces the rasterizer.
 class Renderer {
   public:
     Renderer(const RenderOptions& options, const SceneFile& file)
-        : options_(options), file_(file), kinds_(kinds_of(options)) {
+        : options_(options),
+          file_(file),
+          kinds_(kinds_of(options)),
+          drawn_as_(drawn_as(options, file)) {
         device_ = open_device(device_desc(options.device));
     }
 
@@ -162,8 +176,8 @@ class Renderer {
 
     std::vector<float> read(const OutputKind& kind) {
         std::vector<float> values(std::size_t{width_} * height_ * kind.channels);
-        check(splat_rasterizer_read(rasterizer_.get(), nullptr, kind.output, values.data(),
-                                    values.size() * sizeof(float)));
+        const splat_image image = interleaved_image(values.data(), width_, height_, kind.channels);
+        check(splat_rasterizer_read_images(rasterizer_.get(), nullptr, kind.output, 0, &image, 1));
         return values;
     }
 
@@ -183,7 +197,7 @@ class Renderer {
             options_.convention == "gsplat" ? SPLAT_CONVENTION_GSPLAT : SPLAT_CONVENTION_3DGS;
         desc.near_plane = options_.near_plane.value_or(0.0F);
         desc.far_plane = options_.far_plane.value_or(0.0F);
-        if (options_.antialiased) desc.flags |= SPLAT_RASTERIZER_ANTIALIASED;
+        desc.flags = drawn_as_;
         for (const OutputKind& kind : kinds_) desc.flags |= kind.flag;
         rasterizer_ = Rasterizer();
         check(splat_rasterizer_create(device_.get(), &desc, rasterizer_.out()));
@@ -193,6 +207,7 @@ class Renderer {
     const RenderOptions& options_;
     const SceneFile& file_;
     std::vector<OutputKind> kinds_;
+    std::uint32_t drawn_as_;
     Device device_;
     Rasterizer rasterizer_;
     std::uint32_t width_ = 0;
@@ -305,9 +320,10 @@ void write_render_page(const RenderOptions& options, const SceneFile& file,
     HtmlPage page("Views of " + std::filesystem::path(options.scene).filename().string());
     ViewerOptions viewer;
     viewer.name = std::filesystem::path(options.scene).filename().string();
-    viewer.file = std::filesystem::path(options.scene).stem().string() + ".ply";
+    viewer.file = plain_ply_name(options.scene);
     for (const View& view : views) viewer.cameras.push_back(view.camera);
     viewer.instead = "The pictures show it.";
+    viewer.drawn_as = drawn_as(options, file);
     std::copy_n(options.background.begin(), 3, viewer.background);
     if (options.orbit == 0) up_of(viewer.cameras, viewer.up);
     try {
@@ -342,6 +358,7 @@ int run_render(RenderOptions options) {
     }
     check_render_options(options);
     const auto reading = scene_file_desc(options.lenient);
+    check_memory(options.scene, reading, options.memory, {{}, -1, options.device, {}, false});
     const SceneFile file = load_scene(options.scene, &reading);
     const std::vector<View> views = options.orbit > 0      ? orbit_views(options, file.scene.get())
                                     : options.path.empty() ? file_views(options)
@@ -382,16 +399,19 @@ int run_render(RenderOptions options) {
                          {"gaussians", file.info.count},
                          {"device", renderer.device().name},
                          {"convention", options.convention},
+                         {"drawn_as", drawn_names(drawn_as(options, file))},
                          {"seconds", seconds},
                          {"views", std::move(list)}};
         if (options.animate) document["animation"] = options.animation;
         if (!options.page.empty()) document["page"] = options.page;
         print_json(document);
     } else {
-        std::printf("%s: %zu views of %llu Gaussians in %.2f s on %s\n",
+        std::string how;
+        for (const std::string& name : drawn_names(drawn_as(options, file))) how += ", " + name;
+        std::printf("%s: %zu views of %llu Gaussians in %.2f s on %s%s\n",
                     (options.file.empty() ? options.out : options.file).c_str(), views.size(),
                     static_cast<unsigned long long>(file.info.count), seconds,
-                    renderer.device().name);
+                    renderer.device().name, how.c_str());
     }
     return kSuccess;
 }

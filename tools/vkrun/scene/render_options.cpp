@@ -10,6 +10,7 @@
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/text.h"
+#include "vkrun/scene/memory.h"
 #include "vkrun/scene/scene_file.h"
 
 namespace vkrun {
@@ -163,7 +164,9 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         ->type_name("NAME")
         ->capture_default_str()
         ->check(CLI::IsMember({"3dgs", "gsplat"}).description(""));
-    command.add_flag("--antialiased", options.antialiased, "Compensate opacities for the dilation");
+    add_drawn_as_option(command, options.drawn_as);
+    command.add_flag("--antialiased", options.antialiased,
+                     "Compensate opacities for the dilation, whatever the file says");
     command
         .add_option("--background", options.background, "Background colour, each channel 0 to 1")
         ->type_name("R,G,B")
@@ -194,6 +197,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
                     "'vkrun view'")
         ->type_name("FILE");
     command.add_flag("--overwrite", options.overwrite, "Replace images that exist");
+    add_memory_option(command, options.memory);
     add_device_option(command, options.device);
     add_json_flag(command, options.json);
 }

@@ -29,6 +29,7 @@ struct RenderOptions {
     std::string format = "png";
     std::string convention = "3dgs";
     bool antialiased = false;
+    std::vector<std::string> drawn_as = {"file"};
     std::vector<float> background = {0, 0, 0};
     std::vector<std::string> outputs = {"rgb"};
     bool animate = false;
@@ -36,6 +37,7 @@ struct RenderOptions {
     std::string page;       ///< file; empty: none
     bool overwrite = false;
     std::string device = "best";
+    std::uint64_t memory = 0;  ///< bytes that may be taken; 0: what the system has available
     bool json = false;
 };
 

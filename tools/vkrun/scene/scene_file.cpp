@@ -1,11 +1,35 @@
 #include "vkrun/scene/scene_file.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
 #include <vector>
 
+#include "vkrun/cli/failure.h"
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/table.h"
 
 namespace vkrun {
+namespace {
+
+struct DrawnName {
+    std::uint32_t bit;
+    const char* name;
+};
+constexpr DrawnName kDrawnNames[] = {{SPLAT_DRAWN_ANTIALIASED, "antialiased"},
+                                     {SPLAT_DRAWN_BY_DISTANCE, "by distance"},
+                                     {SPLAT_DRAWN_CUT_3_SIGMA, "3 sigma"},
+                                     {SPLAT_DRAWN_LINEAR_COLORS, "linear colours"}};
+
+/// "by-distance": a name as a word of the command line.
+std::string word_of(std::string name) {
+    std::replace(name.begin(), name.end(), ' ', '-');
+    return name;
+}
+
+}  // namespace
 
 const Json& scene_formats() {
     static const Json formats = library_json(splat_scene_formats);
@@ -24,6 +48,48 @@ std::string scene_extensions(bool written) {
     for (std::size_t i = 1; i < extensions.size(); ++i)
         list += (i + 1 == extensions.size() ? " or " : ", ") + extensions[i];
     return list;
+}
+
+const Json* named_format(const std::string& path, bool written) {
+    std::string name = std::filesystem::path(path).filename().string();
+    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const Json* found = nullptr;
+    std::size_t length = 0;
+    for (const Json& format : scene_formats()) {
+        const auto extension = format.at("extension").get<std::string>();
+        if ((written && !format.at("written").get<bool>()) || !name.ends_with(extension)) continue;
+        if (extension.size() > length) found = &format;
+        length = std::max(length, extension.size());
+    }
+    return found;
+}
+
+bool is_unpacked_sog(const std::string& path) {
+    std::error_code none;
+    return std::filesystem::path(path).filename() == "meta.json" ||
+           (std::filesystem::is_directory(path, none) &&
+            std::filesystem::exists(std::filesystem::path(path) / "meta.json", none));
+}
+
+std::uint64_t scene_bytes(const std::string& path) {
+    namespace fs = std::filesystem;
+    std::error_code none;
+    const auto bytes_of = [&none](const fs::path& file) -> std::uint64_t {
+        return fs::is_regular_file(file, none) ? fs::file_size(file, none) : 0;
+    };
+    if (!is_unpacked_sog(path)) return bytes_of(path);
+    const fs::path folder =
+        fs::is_directory(path, none) ? fs::path(path) : fs::absolute(path, none).parent_path();
+    std::uint64_t bytes = 0;
+    for (const auto& entry : fs::directory_iterator(folder, none)) bytes += bytes_of(entry.path());
+    return bytes;
+}
+
+std::string plain_ply_name(const std::string& path) {
+    const std::string name = std::filesystem::path(path).filename().string();
+    const Json* const format = named_format(path);
+    if (format == nullptr) return std::filesystem::path(path).stem().string() + ".ply";
+    return name.substr(0, name.size() - format->at("extension").get<std::string>().size()) + ".ply";
 }
 
 std::string scene_formats_text() {
@@ -56,10 +122,61 @@ SceneFile load_scene(const std::string& path, const splat_scene_file_desc* desc)
     return file;
 }
 
+void warn_ignored(const SceneFile& file, const std::string& path) {
+    for (const Json& name : file.report.at("ignored"))
+        std::fprintf(stderr, "vkrun: warning: '%s' of %s is not kept\n",
+                     name.get<std::string>().c_str(), path.c_str());
+}
+
+const char* frame_name(splat_frame frame) {
+    constexpr const char* kNames[] = {"auto", "RDF", "RUB", "LUF", "RUF",
+                                      "LDB",  "RDB", "LUB", "LDF"};
+    return kNames[frame];
+}
+
+std::vector<std::string> drawn_names(std::uint32_t bits) {
+    std::vector<std::string> names;
+    for (const auto& [bit, name] : kDrawnNames)
+        if ((bits & bit) != 0) names.emplace_back(name);
+    return names;
+}
+
+std::string drawn_as_text(const SceneFile& file) {
+    std::string text;
+    for (const std::string& name : drawn_names(file.info.drawn_as))
+        text += (text.empty() ? "" : ", ") + name;
+    return text.empty() ? "plain 3DGS" : text;
+}
+
+void add_drawn_as_option(CLI::App& command, std::vector<std::string>& words) {
+    std::vector<std::string> known = {"file", "plain"};
+    for (const auto& [bit, name] : kDrawnNames) known.push_back(word_of(name));
+    command
+        .add_option("--drawn-as", words,
+                    "How to draw: as the scene's file says (file), plain, or\nany of antialiased, "
+                    "by-distance, 3-sigma and\nlinear-colours")
+        ->type_name("NAME[,NAME]...")
+        ->default_str("file")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(known).description(""));
+}
+
+std::uint32_t drawn_bits(const std::vector<std::string>& words, std::uint32_t of_file) {
+    std::uint32_t bits = 0;
+    for (const std::string& word : words) {
+        if ((word == "file" || word == "plain") && words.size() > 1)
+            throw Failure(kUsageError, "--drawn-as is '" + word + "' alone, or names");
+        if (word == "file") bits = of_file;
+        for (const auto& [bit, name] : kDrawnNames)
+            if (word == word_of(name)) bits |= bit;
+    }
+    return bits;
+}
+
 splat_frame frame_of(const std::string& name) {
-    const char* names[] = {"auto", "RDF", "RUB", "LUF", "RUF", "LDB", "RDB", "LUB", "LDF"};
     for (splat_frame frame = 0; frame <= SPLAT_FRAME_LDF; ++frame)
-        if (name == names[frame]) return frame;
+        if (name == frame_name(frame)) return frame;
     throw Failure(kUsageError,
                   "no frame '" + name + "'; there are: RDF, RUB, LUF, RUF, LDB, RDB, LUB, LDF");
 }

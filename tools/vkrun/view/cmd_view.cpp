@@ -26,8 +26,8 @@ namespace {
 constexpr const char* kViewFooter =
     R"(The page holds the scene and the script that draws it (WebGL2), and loads nothing from elsewhere. Drag to turn,
 the right button or two fingers to move, wheel or pinch to zoom; arrows, + and - do the same, digits go to the
-views, and the page lists the other keys. It draws as 'vkrun render' does in the 3dgs convention. A link saves the
-Gaussians of the page as a .ply file.
+views, and the page lists the other keys. It draws as 'vkrun render' does in the 3dgs convention, and as the scene's
+file says (--drawn-as). A link saves the Gaussians of the page as a .ply file.
 
 The page has 24 bytes for each Gaussian, and 12, 24 or 48 more for harmonics of degree 1, 2 or 3: means are
 float32, log scales have 10 or 11 bits, rotations 32 bits, colours, opacities and harmonics 8 bits a number. What
@@ -52,6 +52,7 @@ struct ViewOptions {
     std::optional<double> elevation, distance;
     std::vector<float> background = {0, 0, 0};
     std::uint64_t most = kPageGaussians;
+    std::vector<std::string> drawn_as = {"file"};
     bool turn = false, overwrite = false, json = false;
     std::string device = "best";
 };
@@ -90,6 +91,7 @@ std::vector<std::string> draw_stills(const ViewOptions& options, splat_scene sce
             auto desc = sized<splat_rasterizer_desc>();
             desc.gaussians = static_cast<std::uint32_t>(info.count);
             desc.sh_degree = info.sh_degree;
+            desc.flags = drawn_bits(options.drawn_as, info.drawn_as);
             desc.width = width = camera.width;
             desc.height = height = camera.height;
             rasterizer = Rasterizer();
@@ -123,7 +125,8 @@ int run_view(const ViewOptions& options) {
     const std::filesystem::path path(options.scene);
     ViewerOptions viewer;
     viewer.name = path.filename().string();
-    viewer.file = path.stem().string() + ".ply";
+    viewer.file = plain_ply_name(options.scene);
+    viewer.drawn_as = drawn_bits(options.drawn_as, scene.info.drawn_as);
     ScenePayload payload = pack_scene(scene.scene.get(), options.most);
     viewer.cameras = view_cameras(options, scene.scene.get());
     const TemporaryFolder folder;
@@ -145,6 +148,7 @@ int run_view(const ViewOptions& options) {
                     {"gaussians", facts.gaussians},
                     {"faint", facts.faint},
                     {"notes", facts.notes},
+                    {"drawn_as", drawn_names(*viewer.drawn_as)},
                     {"views", facts.views}});
     else
         std::printf("%s: %llu Gaussians (%llu faint ones were left out), %s\n", out.c_str(),
@@ -196,6 +200,7 @@ void add_view(CLI::App& app, int& exit_code) {
         ->default_str("0,0,0")
         ->delimiter(',')
         ->expected(3);
+    add_drawn_as_option(*command, o.drawn_as);
     command->add_option("--most", o.most, "Gaussians that the page holds at most")
         ->type_name("N")
         ->capture_default_str()

@@ -226,6 +226,7 @@ std::vector<Coefficients> pack_harmonics(const std::vector<float>& sh, std::uint
 ScenePayload pack_scene(splat_scene scene, std::uint64_t most) {
     ScenePayload payload;
     const splat_scene_info info = filter(scene, payload);
+    payload.drawn_as = info.drawn_as;
     const std::uint64_t n = info.count;
     const std::uint32_t degree = info.sh_degree, terms = (degree + 1) * (degree + 1);
     const auto means = attribute(scene, "means", 3 * n);

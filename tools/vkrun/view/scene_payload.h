@@ -26,6 +26,7 @@ struct ScenePayload {
     Json
         facts;  ///< count, faint (what cannot be seen), degree, log_scale, color, sh_limit, sh_beyond,
                 ///< center, radius
+    std::uint32_t drawn_as = 0;      ///< SPLAT_DRAWN_ bits of the scene
     std::vector<std::string> notes;  ///< sentences on what else was left out or changed
 };
 

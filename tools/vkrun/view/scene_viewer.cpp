@@ -5,10 +5,10 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>
-#include <optional>
 
 #include "vkrun/cli/svg.h"
 #include "vkrun/cli/text.h"
+#include "vkrun/scene/scene_file.h"
 #include "vkrun/view/embedded_page.h"
 
 namespace vkrun {
@@ -69,6 +69,7 @@ ViewerFacts add_viewer(HtmlPage& page, ScenePayload payload, const ViewerOptions
     facts["background"] = options.background;
     facts["up"] = options.up;
     facts["turning"] = options.turning;
+    facts["drawn_as"] = drawn_names(options.drawn_as.value_or(payload.drawn_as));
     if (const auto target = common_target(options.cameras))
         facts["center"] = {target->x, target->y, target->z};
     facts["poses"] = Json::array();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct ViewerOptions {
     double up[3] = {0, -1, 0};  ///< axis that it turns around
     bool turning = false;       ///< by itself, until it is touched
     bool full_window = false;
+    std::optional<std::uint32_t> drawn_as;  ///< SPLAT_DRAWN_ bits; default: the scene's
 };
 
 /// What a page got of a scene.

@@ -15,8 +15,8 @@ from ._errors import (Cancelled, DeviceLost, Error, FormatError, InternalError, 
                       OutOfDeviceMemory, OutOfHostMemory, OutOfMemory, ShapeMismatch, Timeout,
                       Unsupported)
 from ._library import lib as _lib
-from ._native import (Access, Convention, DeviceKind, Dtype, Found, Frame, Kernels, LogLevel, Metric,
-                      Output, Pixel, Precision, Result, RunEventKind, SceneFormat, SkipFlags,
+from ._native import (Access, Convention, DeviceKind, DrawnFlags, Dtype, Found, Frame, Kernels, LogLevel,
+                      Metric, Output, Pixel, Precision, Result, RunEventKind, SceneFormat, SkipFlags,
                       Verdict)
 from ._text import check_class as _check_class, checked as _checked
 from .camera import Camera, cameras_to_bytes, save_cameras
@@ -47,7 +47,7 @@ __version__ = str(_lib.splat_version_string().decode())
 
 __all__ = [
     "Access", "Batch", "Batches", "Camera", "Cancelled", "Comparison", "Convention", "CudaArray", "Dataset",
-    "Device", "DeviceKind", "DeviceLost", "Dtype", "Error", "EvaluatedViews", "Evaluator", "Event",
+    "Device", "DeviceKind", "DeviceLost", "DrawnFlags", "Dtype", "Error", "EvaluatedViews", "Evaluator", "Event",
     "ExternalMemory", "Fit", "FormatError", "Found", "Frame", "Group", "Image", "InternalError", "InvalidArgument",
     "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Metric",
     "MissingName", "Model", "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",

@@ -323,22 +323,46 @@ class ImportFlags(IntFlag):
     REPLACE = 1
 
 
+class DrawnFlags(IntFlag):
+    """What the file of a scene says of drawing it, where formats differ. Values are those of `RasterizerFlags`: a
+    rasterizer draws a scene so if these bits are among its flags.
+
+    ANTIALIASED    opacities compensate for the dilation (Mip-Splatting)
+    BY_DISTANCE    blended by the distance to the camera, not by depth
+    CUT_3_SIGMA    a Gaussian ends at 3 sigma
+    LINEAR_COLORS  colours are blended linear, then converted to sRGB
+    """
+
+    ANTIALIASED = 2
+    BY_DISTANCE = 4096
+    CUT_3_SIGMA = 8192
+    LINEAR_COLORS = 16384
+
+
 class SceneFormat(OpenEnum):
     """A format of scene files.
 
     PLY             3DGS, ascii or binary, properties in any order
-    COMPRESSED_PLY  read only
+    COMPRESSED_PLY  SuperSplat's quantised chunks of 256; named .compressed.ply
     SPLAT           8-bit colours, no higher SH bands
     SPZ             quantised; versions 1 to 4 are read, 3 and 4 written
+    KSPLAT          files of GaussianSplats3D, SH bands up to 2; read only
+    SOG             quantised, in another order; versions 1 and 2 are read, 2 written
+    GLTF            glTF with KHR_gaussian_splatting; written as one file
+    GLB             glTF as one binary file
     """
 
     PLY = 1
     COMPRESSED_PLY = 2
     SPLAT = 3
     SPZ = 4
+    KSPLAT = 5
+    SOG = 6
+    GLTF = 7
+    GLB = 8
 
 
-SceneFormatName = Literal["ply", "compressed_ply", "splat", "spz"]
+SceneFormatName = Literal["ply", "compressed_ply", "splat", "spz", "ksplat", "sog", "gltf", "glb"]
 
 
 class Frame(OpenEnum):
@@ -346,7 +370,7 @@ class Frame(OpenEnum):
 
     RDF  right, down, front: .ply, .splat, COLMAP, OpenCV; scenes in memory
     RUB  right, up, back: .spz, OpenGL, three.js
-    LUF  left, up, front
+    LUF  left, up, front: .gltf, .glb
     RUF  right, up, front: Unity
     LDB  left, down, back
     RDB  right, down, back
@@ -370,8 +394,8 @@ FrameName = Literal["rdf", "rub", "luf", "ruf", "ldb", "rdb", "lub", "ldf"]
 class SceneFlags(IntFlag):
     """What is done with files that are not quite as they should be.
 
-    LENIENT  read .ply and .spz files with bytes that their header does not count, with a warning that they are left
-             out, instead of refusing them
+    LENIENT  read .ply, .spz, .ksplat and .glb files with bytes that their header does not count, with a warning that
+             they are left out, instead of refusing them
     CLAMP    write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not
              hold, with the nearest ones, instead of refusing them
     """
@@ -632,6 +656,10 @@ class RasterizerFlags(IntFlag):
     GRAD_INTRINSICS    fx, fy, cx, cy; implies GRAD_POSE
     CONTRIBUTIONS      contributions of a backward call; implies it
     IDS                output IDS; implies DEPTH
+    SORT_BY_DISTANCE   blend by the distance of a mean to the camera, not by its depth; outputs of depth stay z
+    CUT_3_SIGMA        alpha is 0 beyond 3 sigma of the dilated ellipse
+    LINEAR_COLORS      colours are linear: `background` is sRGB and made linear, `Rasterizer.read_images` converts RGB
+                       to sRGB (IEC 61966-2-1); tensors, `Rasterizer.read` and gradients stay linear
     """
 
     DIRECT_COLORS = 1
@@ -646,6 +674,9 @@ class RasterizerFlags(IntFlag):
     GRAD_INTRINSICS = 512
     CONTRIBUTIONS = 1024
     IDS = 2048
+    SORT_BY_DISTANCE = 4096
+    CUT_3_SIGMA = 8192
+    LINEAR_COLORS = 16384
 
 
 class SkipFlags(IntFlag):
@@ -1088,12 +1119,12 @@ class splat_synthetic_desc(Structure):
 
 
 class splat_scene_desc(Structure):
-    struct_size: int; flags: int; next: Any; count: int; sh_degree: int; reserved: int; means: Any; log_scales: Any
+    struct_size: int; flags: int; next: Any; count: int; sh_degree: int; drawn_as: int; means: Any; log_scales: Any
     rotations: Any; opacity_logits: Any; sh: Any; mean_count: int; log_scale_count: int; rotation_count: int
     opacity_logit_count: int; sh_count: int
     _fields_ = [
         ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("count", c_uint64),
-        ("sh_degree", c_uint32), ("reserved", c_uint32), ("means", c_void_p), ("log_scales", c_void_p),
+        ("sh_degree", c_uint32), ("drawn_as", c_uint32), ("means", c_void_p), ("log_scales", c_void_p),
         ("rotations", c_void_p), ("opacity_logits", c_void_p), ("sh", c_void_p), ("mean_count", c_uint64),
         ("log_scale_count", c_uint64), ("rotation_count", c_uint64), ("opacity_logit_count", c_uint64),
         ("sh_count", c_uint64),
@@ -1119,13 +1150,15 @@ class splat_similarity(Structure):
 class splat_scene_info(Structure):
     struct_size: int; sh_degree: int; count: int; low: Any; high: Any; center: Any; radius: float; scale_min: float
     scale_max: float; scale_mean: float; opacity_min: float; opacity_max: float; opacity_mean: float
-    non_finite: int; bad_rotations: int; degenerate: int; invisible: int
+    non_finite: int; bad_rotations: int; degenerate: int; invisible: int; bytes: int; device_bytes: int
+    fill_ratio: float; band_max: float; beyond_spz: int; drawn_as: int; reserved: int
     _fields_ = [
         ("struct_size", c_uint32), ("sh_degree", c_uint32), ("count", c_uint64), ("low", c_double * 3),
         ("high", c_double * 3), ("center", c_double * 3), ("radius", c_double), ("scale_min", c_double),
         ("scale_max", c_double), ("scale_mean", c_double), ("opacity_min", c_double), ("opacity_max", c_double),
         ("opacity_mean", c_double), ("non_finite", c_uint64), ("bad_rotations", c_uint64), ("degenerate", c_uint64),
-        ("invisible", c_uint64),
+        ("invisible", c_uint64), ("bytes", c_uint64), ("device_bytes", c_uint64), ("fill_ratio", c_double),
+        ("band_max", c_double), ("beyond_spz", c_uint64), ("drawn_as", c_uint32), ("reserved", c_uint32),
     ]
 
 
@@ -1371,10 +1404,10 @@ class splat_rasterizer_info(Structure):
 
 
 class splat_scene_render_desc(Structure):
-    struct_size: int; flags: int; next: Any; output: int; convention: int; background: Any; reserved: int
+    struct_size: int; flags: int; next: Any; output: int; convention: int; background: Any; as_given: int
     _fields_ = [
         ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("output", c_int32),
-        ("convention", c_int32), ("background", c_float * 3), ("reserved", c_uint32),
+        ("convention", c_int32), ("background", c_float * 3), ("as_given", c_uint32),
     ]
 
 
@@ -1795,7 +1828,7 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     )),
     "splat_scene_desc": (splat_scene_desc, False, 112, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("count", 16, 8), ("sh_degree", 24, 4),
-        ("reserved", 28, 4), ("means", 32, 8), ("log_scales", 40, 8), ("rotations", 48, 8),
+        ("drawn_as", 28, 4), ("means", 32, 8), ("log_scales", 40, 8), ("rotations", 48, 8),
         ("opacity_logits", 56, 8), ("sh", 64, 8), ("mean_count", 72, 8), ("log_scale_count", 80, 8),
         ("rotation_count", 88, 8), ("opacity_logit_count", 96, 8), ("sh_count", 104, 8),
     )),
@@ -1806,11 +1839,13 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     "splat_similarity": (splat_similarity, True, 64, (
         ("rotation", 0, 32), ("translation", 32, 24), ("scale", 56, 8),
     )),
-    "splat_scene_info": (splat_scene_info, False, 176, (
+    "splat_scene_info": (splat_scene_info, False, 224, (
         ("struct_size", 0, 4), ("sh_degree", 4, 4), ("count", 8, 8), ("low", 16, 24), ("high", 40, 24),
         ("center", 64, 24), ("radius", 88, 8), ("scale_min", 96, 8), ("scale_max", 104, 8), ("scale_mean", 112, 8),
         ("opacity_min", 120, 8), ("opacity_max", 128, 8), ("opacity_mean", 136, 8), ("non_finite", 144, 8),
-        ("bad_rotations", 152, 8), ("degenerate", 160, 8), ("invisible", 168, 8),
+        ("bad_rotations", 152, 8), ("degenerate", 160, 8), ("invisible", 168, 8), ("bytes", 176, 8),
+        ("device_bytes", 184, 8), ("fill_ratio", 192, 8), ("band_max", 200, 8), ("beyond_spz", 208, 8),
+        ("drawn_as", 216, 4), ("reserved", 220, 4),
     )),
     "splat_camera": (splat_camera, True, 168, (
         ("width", 0, 4), ("height", 4, 4), ("fx", 8, 8), ("fy", 16, 8), ("cx", 24, 8), ("cy", 32, 8),
@@ -1925,7 +1960,7 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     )),
     "splat_scene_render_desc": (splat_scene_render_desc, False, 40, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("output", 16, 4), ("convention", 20, 4),
-        ("background", 24, 12), ("reserved", 36, 4),
+        ("background", 24, 12), ("as_given", 36, 4),
     )),
     "splat_image_info": (splat_image_info, False, 16, (
         ("struct_size", 0, 4), ("bits", 4, 4), ("focal", 8, 8),
@@ -2134,6 +2169,7 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_scene_create", c_int32, (POINTER(splat_scene_desc), POINTER(c_void_p))),
     ("splat_scene_formats", c_int32, (c_void_p, c_size_t, POINTER(c_size_t))),
     ("splat_scene_load", c_int32, (c_char_p, POINTER(splat_scene_file_desc), POINTER(c_void_p))),
+    ("splat_scene_peek", c_int32, (c_char_p, POINTER(splat_scene_file_desc), POINTER(c_uint64), POINTER(c_uint32))),
     ("splat_scene_load_memory", c_int32, (c_void_p, c_size_t, POINTER(splat_scene_file_desc), POINTER(c_void_p))),
     ("splat_scene_load_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
     ("splat_scene_save", c_int32, (c_void_p, c_char_p, POINTER(splat_scene_file_desc))),
@@ -2144,8 +2180,11 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_scene_to_tensor", c_int32, (c_void_p, c_char_p, c_void_p, POINTER(c_void_p))),
     ("splat_scene_transform", c_int32, (c_void_p, POINTER(splat_similarity))),
     ("splat_scene_crop", c_int32, (c_void_p, c_void_p, c_void_p)),
+    ("splat_scene_crop_sphere", c_int32, (c_void_p, c_void_p, c_double)),
     ("splat_scene_filter", c_int32, (c_void_p, c_uint32, c_double)),
+    ("splat_scene_set_sh_degree", c_int32, (c_void_p, c_uint32)),
     ("splat_scene_merge", c_int32, (POINTER(c_void_p), c_uint32, POINTER(c_void_p))),
+    ("splat_scene_get_size", c_int32, (c_void_p, POINTER(c_uint64), POINTER(c_uint32))),
     ("splat_scene_get_info", c_int32, (c_void_p, POINTER(splat_scene_info))),
     ("splat_scene_destroy", c_int32, (c_void_p,)),
     ("splat_camera_from_fov", c_int32, (c_uint32, c_uint32, c_double, POINTER(splat_camera))),

@@ -183,6 +183,16 @@ class SceneInfo(Record):
     bad_rotations  rotations of length 0, or not finite
     degenerate     Gaussians with a scale below 1e-12
     invisible      Gaussians of opacity below 1/255
+    bytes          bytes of all attributes in host memory
+    device_bytes   bytes of the packed copy on a device that draws it; a rasterizer needs more besides
+    fill_ratio     about how many Gaussians lie one behind another: the sum of the areas pi s1 s2 of the 1-sigma
+                   ellipses over the two largest scales, over the mean face of the box of the middle 98 % of the
+                   finite means of each axis (without an area: over the median ellipse); infinite if a scale is;
+                   'fillRatio' of splat-transform 3
+    band_max       largest magnitude of a finite coefficient above the constant one; 0: no colour depends on the
+                   direction
+    beyond_spz     Gaussians with a scale that .spz files do not hold: below exp(-10) or above exp(5.94)
+    drawn_as       bits of `DrawnFlags`; of merged scenes those of the first
     """
 
     sh_degree: int
@@ -201,6 +211,12 @@ class SceneInfo(Record):
     bad_rotations: int
     degenerate: int
     invisible: int
+    bytes: int
+    device_bytes: int
+    fill_ratio: float
+    band_max: float
+    beyond_spz: int
+    drawn_as: _native.DrawnFlags
 
 
 @dataclass(frozen=True)

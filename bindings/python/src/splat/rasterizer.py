@@ -52,6 +52,8 @@ class Rasterizer(Handle):
     sh_degree      0 to 3; 0 with direct_colors
     direct_colors  colours are RGB, not spherical harmonics
     antialiased    opacity compensates for the dilation
+    sort_by_distance, cut_3_sigma  blend by the distance to the camera, not by depth; alpha is 0 beyond 3 sigma
+    linear_colors  colours are linear: background and images are sRGB, outputs as arrays and tensors linear
     depth, normals, ids  which outputs it has beside RGB and alpha
     backward       gradients; also from the depth (grad_depth), of the pose and of the intrinsics
                    (grad_pose, grad_intrinsics, convention "gsplat") and of the means in the image
@@ -68,7 +70,8 @@ class Rasterizer(Handle):
 
     def __init__(self, device: Optional[Device], gaussians: int, width: int, height: int, *,
                  views: int = 0, items: int = 0, sh_degree: int = 0, direct_colors: bool = False,
-                 antialiased: bool = False, depth: bool = False, normals: bool = False,
+                 antialiased: bool = False, sort_by_distance: bool = False, cut_3_sigma: bool = False,
+                 linear_colors: bool = False, depth: bool = False, normals: bool = False,
                  ids: bool = False, backward: bool = False, grad_depth: bool = False,
                  grad_pose: bool = False, grad_intrinsics: bool = False, grad_means2d: bool = False,
                  contributions: bool = False, original_gradient: bool = False,
@@ -79,6 +82,8 @@ class Rasterizer(Handle):
         desc = _native.splat_rasterizer_desc(struct_size=sizeof(_native.splat_rasterizer_desc))
         desc.flags = flags_of((direct_colors, flags.DIRECT_COLORS),
                               (antialiased, flags.ANTIALIASED), (depth, flags.DEPTH),
+                              (sort_by_distance, flags.SORT_BY_DISTANCE), (cut_3_sigma, flags.CUT_3_SIGMA),
+                              (linear_colors, flags.LINEAR_COLORS),
                               (normals, flags.NORMALS), (backward, flags.BACKWARD),
                               (grad_depth, flags.GRAD_DEPTH), (grad_pose, flags.GRAD_POSE),
                               (grad_means2d, flags.GRAD_MEANS2D),
@@ -294,27 +299,32 @@ def _handle_of(state: Optional[RasterState]) -> Optional[int]:
 
 @overload
 def render(scene: Scene, cameras: Camera, *, background: Optional[ArrayLike] = ...,
-           alpha: bool = ..., device: Optional[Device] = ...) -> Image: ...
+           alpha: bool = ..., device: Optional[Device] = ..., drawn_as: Optional[int] = ...) -> Image: ...
 
 
 @overload
 def render(scene: Scene, cameras: Sequence[Camera], *, background: Optional[ArrayLike] = ...,
-           alpha: bool = ..., device: Optional[Device] = ...) -> List[Image]: ...
+           alpha: bool = ..., device: Optional[Device] = ...,
+           drawn_as: Optional[int] = ...) -> List[Image]: ...
 
 
 def render(scene: Scene, cameras: Cameras, *, background: Optional[ArrayLike] = (1, 1, 1),
-           alpha: bool = False, device: Optional[Device] = None) -> Union[Image, List[Image]]:
+           alpha: bool = False, device: Optional[Device] = None,
+           drawn_as: Optional[int] = None) -> Union[Image, List[Image]]:
     """Draw a scene, uint8 RGB, or with its alpha. To draw again and again, keep a `Rasterizer`.
 
     cameras     one: returns its picture; or several, each of its own size: returns a list
     background  RGB; None: black
     device      None: the default device
-    Raises InvalidArgument (a camera), Cancelled.
+    drawn_as    `DrawnFlags`; None: as the scene's file says (`info.drawn_as`)
+    Raises InvalidArgument (a camera, drawn_as), Cancelled.
     """
     device = default_device() if device is None else device
     desc = _native.splat_scene_render_desc(struct_size=sizeof(_native.splat_scene_render_desc))
     if background is not None:
         desc.background = background_of(background)
+    if drawn_as is not None:
+        desc.flags, desc.as_given = whole(drawn_as, "drawn_as"), 1
     views = camera_array(cameras)
     pictures: List[NDArray[Any]] = [np.empty((each.height, each.width, 4 if alpha else 3), np.uint8)
                                     for each in views]

@@ -1,5 +1,5 @@
 """Scenes of 3D Gaussians, in memory and in files."""
-from ctypes import byref, c_double, c_void_p, sizeof
+from ctypes import byref, c_double, c_uint32, c_uint64, c_void_p, sizeof
 from typing import (Any, Dict, Iterator, List, NoReturn, Optional, Sequence, Tuple, Type, Union,
                     overload)
 
@@ -75,6 +75,7 @@ class Scene(Handle):
     opacities  [n] 0 to 1; or opacity_logits. None: 1/2
     sh         [n,K,3], K = (sh_degree + 1)^2, constant term first; None: zeros of sh_degree 0.
                colour = max(0, 0.5 + sum sh_k Y_k(direction))
+    drawn_as   `DrawnFlags`: what a file would say of drawing it
     Arrays are float32 and are copied. Those that attributes give are copies that cannot be written:
     change a copy() of one and assign it, as in scene.means = scene.means + 1.
     A scene has n Gaussians as its length. scene[a:b], and scene[indices or mask], are new scenes with
@@ -96,7 +97,7 @@ class Scene(Handle):
     def __init__(self, means: ArrayLike, *, scales: Optional[ArrayLike] = None,
                  log_scales: Optional[ArrayLike] = None, rotations: Optional[ArrayLike] = None,
                  opacities: Optional[ArrayLike] = None, opacity_logits: Optional[ArrayLike] = None,
-                 sh: Optional[ArrayLike] = None) -> None:
+                 sh: Optional[ArrayLike] = None, drawn_as: int = 0) -> None:
         for names, both in (("scales and log_scales", (scales, log_scales)),
                             ("opacities and opacity_logits", (opacities, opacity_logits))):
             if all(each is not None for each in both):
@@ -104,6 +105,7 @@ class Scene(Handle):
         places = floats(means, (None, 3), "means")
         count = places.shape[0]
         desc = _native.splat_scene_desc(struct_size=sizeof(_native.splat_scene_desc), count=count)
+        desc.drawn_as = whole(drawn_as, "drawn_as")
         kept: List[Optional[Floats]] = []
         for field, size, what, data, shape in (
                 ("means", "mean_count", "means", places, (count, 3)),
@@ -147,6 +149,15 @@ class Scene(Handle):
                                 data.size, byref(desc)))
         return cls._of(made("scene", direct, lib.splat_scene_load, path, byref(desc)))
 
+    @staticmethod
+    def peek(path: PathLike, *, format: Format = None) -> Tuple[int, int]:
+        """Number of Gaussians of a file and degree of their harmonics, from its head, to decide
+        whether to load it. Parameters and errors as in `load`."""
+        desc = _file_desc(format, None, None)
+        count, degree = c_uint64(), c_uint32()
+        check(lib.splat_scene_peek(path_of(path), byref(desc), byref(count), byref(degree)))
+        return count.value, degree.value
+
     def save(self, path: PathLike, *, format: Format = None, frame: Axes = None,
              sh_degree: Optional[int] = None, spz_version: int = 0, clamp: bool = False) -> None:
         """Write a scene to a file, which appears whole or not at all. Parameters as in `load`.
@@ -175,7 +186,7 @@ class Scene(Handle):
 
     @property
     def info(self) -> SceneInfo:
-        """Count, bounds, ranges of scales and opacities, and counts of bad values."""
+        """Count, bounds, ranges of scales and opacities, memory, fill ratio, and counts of bad values."""
         info = _native.splat_scene_info(struct_size=sizeof(_native.splat_scene_info))
         check(lib.splat_scene_get_info(self.handle, byref(info)))
         return SceneInfo.of(info)
@@ -186,8 +197,14 @@ class Scene(Handle):
         found: Dict[str, Any] = json_from(lib.splat_scene_load_report, self.handle)
         return found
 
+    def _size(self) -> Tuple[int, int]:
+        """Gaussians and degree, without measuring the scene."""
+        count, degree = c_uint64(), c_uint32()
+        check(lib.splat_scene_get_size(self.handle, byref(count), byref(degree)))
+        return count.value, degree.value
+
     def __len__(self) -> int:
-        return self.info.count
+        return self._size()[0]
 
     def _state(self) -> Dict[str, Floats]:
         return {name: self.read(name)
@@ -200,7 +217,8 @@ class Scene(Handle):
         if places.ndim != 1:
             raise TypeError(f"a Scene is not indexed by {kind_of(index)}: scene[3:4] is a Scene of one "
                             "Gaussian, scene.means[3] its mean")
-        return Scene(**{name: array[places] for name, array in self._state().items()})
+        parts = {name: array[places] for name, array in self._state().items()}
+        return Scene(**parts, drawn_as=self.info.drawn_as)
 
     def __iter__(self) -> Iterator[NoReturn]:  # else Python would try every index
         raise TypeError("a Scene is no sequence of objects: iterate over an attribute, as in "
@@ -214,7 +232,8 @@ class Scene(Handle):
     __hash__ = None  # type: ignore[assignment]  # it can change
 
     def __reduce__(self) -> Any:
-        return _made_again, (type(self), self._state()), getattr(self, "__dict__", None) or None
+        state: Dict[str, Any] = {**self._state(), "drawn_as": self.info.drawn_as}
+        return _made_again, (type(self), state), getattr(self, "__dict__", None) or None
 
     def _repr_png_(self) -> Optional[bytes]:
         from .camera import Camera
@@ -228,15 +247,15 @@ class Scene(Handle):
     @property
     def sh_degree(self) -> int:
         """Degree of the spherical harmonics, 0 to 3."""
-        return self.info.sh_degree
+        return self._size()[1]
 
     def _shape(self, name: str) -> Tuple[int, ...]:
-        info = self.info
+        count, degree = self._size()
         columns = {"means": (3,), "scales": (3,), "log_scales": (3,), "rotations": (4,),
-                   "opacities": (), "opacity_logits": (), "sh": ((info.sh_degree + 1)**2, 3)}
+                   "opacities": (), "opacity_logits": (), "sh": ((degree + 1)**2, 3)}
         if name not in columns:
             raise InvalidArgument(f"no attribute {name!r}, expected one of {', '.join(columns)}")
-        return (info.count, *columns[name])
+        return (count, *columns[name])
 
     def read(self, name: str) -> Floats:
         """A new array with an attribute, float32, in the shape that the class gives; yours to change."""
@@ -272,6 +291,15 @@ class Scene(Handle):
                    for each, what in ((low, "low"), (high, "high"))]
         check(lib.splat_scene_crop(self.handle, *corners))
 
+    def crop_sphere(self, center: ArrayLike, radius: float) -> None:
+        """Keep the Gaussians whose mean lies in a sphere; its surface belongs to it."""
+        middle = (c_double * 3)(*doubles(center, (3,), "center"))
+        check(lib.splat_scene_crop_sphere(self.handle, middle, radius))
+
+    def set_sh_degree(self, sh_degree: int) -> None:
+        """Drop the bands of the harmonics above a degree, 0 to 3; bands that are missing become zeros."""
+        check(lib.splat_scene_set_sh_degree(self.handle, whole(sh_degree, "sh_degree")))
+
     def filter(self, min_opacity: float = 0.0, *, finite: bool = False,
                sort: bool = False) -> None:
         """Keep the Gaussians of at least that opacity.
@@ -302,7 +330,7 @@ class Scene(Handle):
         return f"Scene({info.count} Gaussians, sh_degree {info.sh_degree})"
 
 
-def _made_again(kind: Type[Scene], state: Dict[str, Floats]) -> Scene:
+def _made_again(kind: Type[Scene], state: Dict[str, Any]) -> Scene:
     """A scene of a class with these attributes."""
     made = kind.__new__(kind)
     Scene.__init__(made, **state)

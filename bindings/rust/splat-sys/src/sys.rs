@@ -102,24 +102,35 @@ pub const SPLAT_CO3D_STORED_POSES: u32 = 1;
 
 /** an import of other tables in the folder is removed */ pub const SPLAT_IMPORT_REPLACE: u32 = 1;
 
+/** opacities compensate for the dilation (Mip-Splatting) */ pub const SPLAT_DRAWN_ANTIALIASED: u32 = 2;
+/** blended by the distance to the camera, not by depth */ pub const SPLAT_DRAWN_BY_DISTANCE: u32 = 4096;
+/** a Gaussian ends at 3 sigma */ pub const SPLAT_DRAWN_CUT_3_SIGMA: u32 = 8192;
+/** colours are blended linear, then converted to sRGB */ pub const SPLAT_DRAWN_LINEAR_COLORS: u32 = 16384;
+
 /** A format of scene files. */ pub type splat_scene_format = i32;
 /** 3DGS, ascii or binary, properties in any order */ pub const SPLAT_SCENE_PLY: splat_scene_format = 1;
-/** read only */ pub const SPLAT_SCENE_COMPRESSED_PLY: splat_scene_format = 2;
+/// SuperSplat's quantised chunks of 256; named .compressed.ply
+pub const SPLAT_SCENE_COMPRESSED_PLY: splat_scene_format = 2;
 /** 8-bit colours, no higher SH bands */ pub const SPLAT_SCENE_SPLAT: splat_scene_format = 3;
 /** quantised; versions 1 to 4 are read, 3 and 4 written */ pub const SPLAT_SCENE_SPZ: splat_scene_format = 4;
+/** files of GaussianSplats3D, SH bands up to 2; read only */ pub const SPLAT_SCENE_KSPLAT: splat_scene_format = 5;
+/// quantised, in another order; versions 1 and 2 are read, 2 written
+pub const SPLAT_SCENE_SOG: splat_scene_format = 6;
+/** glTF with KHR_gaussian_splatting; written as one file */ pub const SPLAT_SCENE_GLTF: splat_scene_format = 7;
+/** glTF as one binary file */ pub const SPLAT_SCENE_GLB: splat_scene_format = 8;
 
 /** Axes x, y, z of a file: right or left, up or down, front or back. */ pub type splat_frame = i32;
 /** right, down, front: .ply, .splat, COLMAP, OpenCV; scenes in memory */ pub const SPLAT_FRAME_RDF: splat_frame = 1;
 /** right, up, back: .spz, OpenGL, three.js */ pub const SPLAT_FRAME_RUB: splat_frame = 2;
-/** left, up, front */ pub const SPLAT_FRAME_LUF: splat_frame = 3;
+/** left, up, front: .gltf, .glb */ pub const SPLAT_FRAME_LUF: splat_frame = 3;
 /** right, up, front: Unity */ pub const SPLAT_FRAME_RUF: splat_frame = 4;
 /** left, down, back */ pub const SPLAT_FRAME_LDB: splat_frame = 5;
 /** right, down, back */ pub const SPLAT_FRAME_RDB: splat_frame = 6;
 /** left, up, back */ pub const SPLAT_FRAME_LUB: splat_frame = 7;
 /** left, down, front */ pub const SPLAT_FRAME_LDF: splat_frame = 8;
 
-/// read .ply and .spz files with bytes that their header does not count, with a warning that they are left out,
-/// instead of refusing them
+/// read .ply, .spz, .ksplat and .glb files with bytes that their header does not count, with a warning that they are
+/// left out, instead of refusing them
 pub const SPLAT_SCENE_LENIENT: u32 = 1;
 /// write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not hold, with
 /// the nearest ones, instead of refusing them
@@ -221,6 +232,12 @@ pub const SPLAT_RASTERIZER_ORIGINAL_GRADIENT: u32 = 128;
 /** fx, fy, cx, cy; implies GRAD_POSE */ pub const SPLAT_RASTERIZER_GRAD_INTRINSICS: u32 = 512;
 /** contributions of a backward call; implies it */ pub const SPLAT_RASTERIZER_CONTRIBUTIONS: u32 = 1024;
 /** output IDS; implies DEPTH */ pub const SPLAT_RASTERIZER_IDS: u32 = 2048;
+/// blend by the distance of a mean to the camera, not by its depth; outputs of depth stay z
+pub const SPLAT_RASTERIZER_SORT_BY_DISTANCE: u32 = 4096;
+/** alpha is 0 beyond 3 sigma of the dilated ellipse */ pub const SPLAT_RASTERIZER_CUT_3_SIGMA: u32 = 8192;
+/// colours are linear: `background` is sRGB and made linear, splat_rasterizer_read_images converts RGB to sRGB (IEC
+/// 61966-2-1); tensors, splat_rasterizer_read and gradients stay linear
+pub const SPLAT_RASTERIZER_LINEAR_COLORS: u32 = 16384;
 
 /** the region where alpha \< 1/255 */ pub const SPLAT_SKIP_OPACITY_EXTENT: u32 = 1;
 /** tiles that the ellipse does not touch */ pub const SPLAT_SKIP_EXACT_TILES: u32 = 2;
@@ -773,7 +790,7 @@ pub struct splat_scene_desc {
     /** NULL */ pub next: *const c_void,
     /** Gaussians; 0 makes an empty scene */ pub count: u64,
     /** 0 to 3 */ pub sh_degree: u32,
-    pub reserved: u32,
+    /** SPLAT_DRAWN_ bits */ pub drawn_as: u32,
     /** arrays as above, copied; NULL: zeros (rotations: 1, 0, 0, 0) */ pub means: *const f32,
     pub log_scales: *const f32,
     pub rotations: *const f32,
@@ -828,6 +845,17 @@ pub struct splat_scene_info {
     /** rotations of length 0, or not finite */ pub bad_rotations: u64,
     /** Gaussians with a scale below 1e-12 */ pub degenerate: u64,
     /** Gaussians of opacity below 1/255 */ pub invisible: u64,
+    /** bytes of all attributes in host memory */ pub bytes: u64,
+    /** bytes of the packed copy on a device that draws it; a rasterizer needs more besides */ pub device_bytes: u64,
+    /// about how many Gaussians lie one behind another: the sum of the areas pi s1 s2 of the 1-sigma ellipses over
+    /// the two largest scales, over the mean face of the box of the middle 98 % of the finite means of each axis
+    /// (without an area: over the median ellipse); infinite if a scale is; "fillRatio" of splat-transform 3
+    pub fill_ratio: f64,
+    /// largest magnitude of a finite coefficient above the constant one; 0: no colour depends on the direction
+    pub band_max: f64,
+    /** Gaussians with a scale that .spz files do not hold: below exp(-10) or above exp(5.94) */ pub beyond_spz: u64,
+    /** SPLAT_DRAWN_ bits; of merged scenes those of the first */ pub drawn_as: u32,
+    /** 0 */ pub reserved: u32,
 }
 
 /// A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5).
@@ -1142,7 +1170,9 @@ pub struct splat_rasterizer_desc {
     pub struct_size: u32,
     /** SPLAT_RASTERIZER_ bits */ pub flags: u32,
     /** NULL */ pub next: *const c_void,
-    /** N, most Gaussians of a call; \>= 0 */ pub gaussians: u32,
+    /// N, most Gaussians of a call; \>= 0. A scene of more than the device takes at a time is drawn in bands of the
+    /// image, with the same pixels: one view a call, without gradients, ids and outputs \[V,N,...\]
+    pub gaussians: u32,
     /// V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than any
     /// before makes it anew, for which both must fit for a moment
     pub views: u32,
@@ -1244,12 +1274,14 @@ pub struct splat_rasterizer_info {
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_scene_render_desc {
     pub struct_size: u32,
-    /** SPLAT_RASTERIZER_ANTIALIASED */ pub flags: u32,
+    /// SPLAT_RASTERIZER_ANTIALIASED, SPLAT_RASTERIZER_SORT_BY_DISTANCE, SPLAT_RASTERIZER_CUT_3_SIGMA,
+    /// SPLAT_RASTERIZER_LINEAR_COLORS, besides those that splat_scene_info.drawn_as has
+    pub flags: u32,
     /** NULL */ pub next: *const c_void,
     /** one of pixels; 0 = SPLAT_OUTPUT_RGB */ pub output: splat_output,
     /** 0 = SPLAT_CONVENTION_3DGS */ pub convention: splat_convention,
-    /** RGB */ pub background: [f32; 3],
-    pub reserved: u32,
+    /** RGB, as in the images: sRGB where colours are linear */ pub background: [f32; 3],
+    /** 1: flags alone decide, not drawn_as; 0: both */ pub as_given: u32,
 }
 
 /// What an image file says of its image.
@@ -2242,6 +2274,7 @@ extern "C" {
 
     /// ```text
     /// Read a scene from a file.
+    /// path      of a file; of the folder of a .sog file that is unpacked, or of its meta.json
     /// desc      may be NULL for defaults
     /// Returns SPLAT_OK, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
@@ -2255,8 +2288,20 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
+    /// Tell how large the scene of a file is, from its head, to decide whether to read it.
+    /// desc       may be NULL for defaults
+    /// count      out, Gaussians
+    /// sh_degree  out, of the spherical harmonics that splat_scene_load would read, 0 to 3
+    /// Returns as splat_scene_load.
+    /// ```
+    pub fn splat_scene_peek(
+        path: *const c_char, desc: *const splat_scene_file_desc, count: *mut u64, sh_degree: *mut u32
+    ) -> splat_result;
+
+    /// ```text
     /// Read a scene from the bytes of a file.
-    /// data      in, `bytes` bytes; .splat has no magic bytes, so desc.format must name it
+    /// data      in, `bytes` bytes; .splat, .ksplat and .gltf have no magic bytes, so desc.format must name
+    ///           them; a .gltf that names other files is refused
     /// desc      may be NULL for defaults
     /// Returns as splat_scene_load.
     /// ```
@@ -2265,7 +2310,8 @@ extern "C" {
     ) -> splat_result;
 
     /// Report what was found in the scene's file. JSON: {"format", "version", "count", "sh_degree", "frame",
-    /// "ignored": \[names\], "non_finite_values", "bad_rotations"}; {} for a scene without file.
+    /// "ignored": \[names\], "non_finite_values", "bad_rotations", "drawn_as": \[those of "antialiased", "by
+    /// distance", "3 sigma", "linear colours"\]}; {} for a scene without file.
     ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_scene_load_report(
@@ -2340,6 +2386,14 @@ extern "C" {
     pub fn splat_scene_crop(scene: splat_scene, low: *const f64, high: *const f64) -> splat_result;
 
     /// ```text
+    /// Keep the Gaussians whose mean lies in a sphere.
+    /// center    in, exactly 3 doubles, scene units
+    /// radius    scene units, >= 0; the surface belongs to the sphere
+    /// Returns as splat_scene_transform.
+    /// ```
+    pub fn splat_scene_crop_sphere(scene: splat_scene, center: *const f64, radius: f64) -> splat_result;
+
+    /// ```text
     /// Keep the Gaussians of opacity >= min_opacity, in their order.
     /// flags        SPLAT_FILTER_ bits
     /// min_opacity  0 to 1
@@ -2347,12 +2401,26 @@ extern "C" {
     /// ```
     pub fn splat_scene_filter(scene: splat_scene, flags: u32, min_opacity: f64) -> splat_result;
 
+    /// Change the degree of the spherical harmonics: bands above it are dropped, missing ones are zeros. sh_degree 0
+    /// (only the constant colour) to 3
+    ///
+    /// Returns as splat_scene_transform.
+    pub fn splat_scene_set_sh_degree(scene: splat_scene, sh_degree: u32) -> splat_result;
+
     /// Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees; no scenes make
     /// an empty one.
     ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_UNSUPPORTED
     /// (more than 2^27 Gaussians), SPLAT_ERROR_OUT_OF_HOST_MEMORY.
     pub fn splat_scene_merge(scenes: *const splat_scene, count: u32, scene: *mut splat_scene) -> splat_result;
+
+    /// ```text
+    /// Tell the size of a scene, without measuring it.
+    /// count     out, Gaussians; may be NULL
+    /// sh_degree  out, 0 to 3; may be NULL
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE.
+    /// ```
+    pub fn splat_scene_get_size(scene: splat_scene, count: *mut u64, sh_degree: *mut u32) -> splat_result;
 
     /// Measure a scene.
     ///
@@ -2979,9 +3047,10 @@ extern "C" {
 
     /// ```text
     /// Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are not
-    /// finite or have no extent are left out. A scene keeps its packed copy on the device for later
-    /// calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer
-    /// and device are destroyed earlier.
+    /// finite or have no extent are left out. It is drawn as the rasterizer's flags say; a warning is logged, once
+    /// for a scene, if splat_scene_info.drawn_as has bits that they lack. A scene keeps its packed copy on the device
+    /// for later calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer and
+    /// device are destroyed earlier.
     /// state           of this rasterizer; NULL: its own
     /// scene           n <= N Gaussians; bands beyond the rasterizer's degree are ignored
     /// cameras         `count` = v <= V cameras of 1 x 1 to W x H pixels; may be NULL for 0
@@ -3042,7 +3111,8 @@ extern "C" {
 
     /// ```text
     /// Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once. 8 bits are 255 v
-    /// rounded and clamped, as in the files of splat_image_save.
+    /// rounded and clamped, as in the files of splat_image_save. Linear colours become sRGB, of any type of pixels
+    /// (SPLAT_RASTERIZER_LINEAR_COLORS).
     /// first     the first view
     /// images    out, `count` images of W x H pixels: as many channels as the output, or for RGB four,
     ///           of which the last is alpha (the colours stay over the background); untouched on error
@@ -3087,7 +3157,8 @@ extern "C" {
     pub fn splat_rasterizer_destroy(rasterizer: splat_rasterizer) -> splat_result;
 
     /// ```text
-    /// Draw views of a scene, with all its bands, into images, one after the other. It makes a rasterizer
+    /// Draw views of a scene, with all its bands and as its file says (splat_scene_info.drawn_as), into images,
+    /// one after the other; linear colours become sRGB. It makes a rasterizer
     /// for the call: a program that draws again and again keeps one. Thread-safe.
     /// device    NULL: the best one, opened for the call, which takes longer than to draw
     /// cameras   `count`, each of its own size; may be NULL for 0
@@ -3771,11 +3842,11 @@ extern "C" {
     pub fn splat_fit_scene(run: splat_run, scene: *mut splat_scene) -> splat_result;
 
     /// ```text
-    /// Score any scene on the photographs that a fit of `desc` holds out, as that fit scores itself: a run without a
-    /// folder. Its events are one SPLAT_EVENT_VALIDATED_PIECE for each photograph, with name, both images and the numbers
-    /// "val_psnr" (dB) and "val_ssim"; SPLAT_EVENT_VALIDATION with their means, "val_views" and "gaussians"; and
-    /// SPLAT_EVENT_DONE. The drawn image is cut to 0 to 1, and only the pixels count that the lens and the mask leave;
-    /// `truths` is 0 elsewhere.
+    /// Score any scene on the photographs that a fit of `desc` holds out, as that fit scores itself, drawn as the scene's
+    /// file says (splat_scene_info.drawn_as): a run without a folder. Its events are one SPLAT_EVENT_VALIDATED_PIECE for
+    /// each photograph, with name, both images and the numbers "val_psnr" (dB) and "val_ssim"; SPLAT_EVENT_VALIDATION with
+    /// their means, "val_views" and "gaussians"; and SPLAT_EVENT_DONE. The drawn image is cut to 0 to 1, and only the
+    /// pixels count that the lens and the mask leave; `truths` is 0 elsewhere.
     /// desc      data, masks, downscale, test_every, cameras, SPLAT_FIT_WHITE_BACKGROUND and SPLAT_FIT_ALL_PHOTOS, which
     ///           scores all photographs; the rest is not read
     /// scene     in the frame and units of the cameras
@@ -4125,16 +4196,17 @@ mod tests {
         seed: 32, 8; resolution: 40, 4; train_views: 44, 4; test_views: 48, 4; train_objects: 52, 4; val_objects: 56,
         4; test_objects: 60, 4;);
         layout!(splat_scene_desc, 112, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; count: 16, 8; sh_degree: 24, 4;
-        reserved: 28, 4; means: 32, 8; log_scales: 40, 8; rotations: 48, 8; opacity_logits: 56, 8; sh: 64, 8;
+        drawn_as: 28, 4; means: 32, 8; log_scales: 40, 8; rotations: 48, 8; opacity_logits: 56, 8; sh: 64, 8;
         mean_count: 72, 8; log_scale_count: 80, 8; rotation_count: 88, 8; opacity_logit_count: 96, 8; sh_count: 104,
         8;);
         layout!(splat_scene_file_desc, 40, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; format: 16, 4; frame: 20, 4;
         sh_degree: 24, 4; spz_version: 28, 4; max_count: 32, 8;);
         layout!(splat_similarity, 64, 8, rotation: 0, 32; translation: 32, 24; scale: 56, 8;);
-        layout!(splat_scene_info, 176, 8, struct_size: 0, 4; sh_degree: 4, 4; count: 8, 8; low: 16, 24; high: 40, 24;
+        layout!(splat_scene_info, 224, 8, struct_size: 0, 4; sh_degree: 4, 4; count: 8, 8; low: 16, 24; high: 40, 24;
         center: 64, 24; radius: 88, 8; scale_min: 96, 8; scale_max: 104, 8; scale_mean: 112, 8; opacity_min: 120, 8;
         opacity_max: 128, 8; opacity_mean: 136, 8; non_finite: 144, 8; bad_rotations: 152, 8; degenerate: 160, 8;
-        invisible: 168, 8;);
+        invisible: 168, 8; bytes: 176, 8; device_bytes: 184, 8; fill_ratio: 192, 8; band_max: 200, 8; beyond_spz: 208,
+        8; drawn_as: 216, 4; reserved: 220, 4;);
         layout!(splat_camera, 168, 8, width: 0, 4; height: 4, 4; fx: 8, 8; fy: 16, 8; cx: 24, 8; cy: 32, 8;
         world_to_camera: 40, 128;);
         layout!(splat_orbit_desc, 80, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; width: 16, 4; height: 20, 4;
@@ -4196,7 +4268,7 @@ mod tests {
         24, 8; tiles: 32, 8; empty_tiles: 40, 8; bytes: 48, 8; runs: 56, 4; gaussians: 60, 4; views: 64, 4; items: 68,
         4; culled: 72, 8; non_finite: 80, 8;);
         layout!(splat_scene_render_desc, 40, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; output: 16, 4; convention:
-        20, 4; background: 24, 12; reserved: 36, 4;);
+        20, 4; background: 24, 12; as_given: 36, 4;);
         layout!(splat_image_info, 16, 8, struct_size: 0, 4; bits: 4, 4; focal: 8, 8;);
         layout!(splat_image_scores, 32, 8, struct_size: 0, 4; reserved: 4, 4; squared_error: 8, 8; psnr: 16, 8; ssim:
         24, 8;);

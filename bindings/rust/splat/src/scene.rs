@@ -8,7 +8,8 @@ use crate::object::object;
 use crate::tensor::Tensor;
 use crate::text::{array, bytes, c_path, c_text, count, text, zeros};
 use crate::values::{
-    Camera, FilterFlags, PointScores, SceneFileDesc, SceneInfo, SceneRenderDesc, Similarity,
+    Camera, DrawnFlags, FilterFlags, PointScores, SceneFileDesc, SceneInfo, SceneRenderDesc,
+    Similarity,
 };
 use splat_sys as sys;
 use std::path::Path;
@@ -30,6 +31,8 @@ pub struct SceneDesc<'a> {
     pub opacity_logits: Option<&'a [f32]>,
     /// `[n,K,3]` constant term first
     pub sh: Option<&'a [f32]>,
+    /// What a file would say of drawing the scene
+    pub drawn_as: DrawnFlags,
 }
 
 object! {
@@ -81,6 +84,7 @@ impl Scene {
         let raw = sys::splat_scene_desc {
             count: desc.count,
             sh_degree: desc.sh_degree,
+            drawn_as: desc.drawn_as.0,
             means,
             log_scales,
             rotations,
@@ -102,6 +106,17 @@ impl Scene {
     pub fn load(path: impl AsRef<Path>, desc: &SceneFileDesc) -> Result<Scene> {
         let path = c_path("path", path.as_ref())?;
         Scene::made(|handle| call!(splat_scene_load(path.as_ptr(), &desc.to_raw(), handle)))
+    }
+
+    /// Number of Gaussians of a file and degree of their harmonics, from its head, to decide whether
+    /// to load it.
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn peek(path: impl AsRef<Path>, desc: &SceneFileDesc) -> Result<(u64, u32)> {
+        let path = c_path("path", path.as_ref())?;
+        let (mut count, mut degree) = (0, 0);
+        call!(splat_scene_peek(path.as_ptr(), &desc.to_raw(), &mut count, &mut degree))?;
+        Ok((count, degree))
     }
 
     /// Read a scene from the bytes of a file. A .splat must be named in `desc.format`.
@@ -168,19 +183,18 @@ impl Scene {
         call!(splat_scene_read(self.handle, name.as_ptr(), values.as_mut_ptr(), bytes))
     }
 
-    /// Copy an attribute into a new vector. Measures the scene for its length: where scenes are
-    /// large and read often, use [`Scene::read`].
+    /// Copy an attribute into a new vector.
     /// # Errors
     /// As [`Scene::read`].
     pub fn to_vec(&self, name: &str) -> Result<Vec<f32>> {
-        let info = self.get_info()?;
+        let (count, sh_degree) = self.get_size()?;
         let each = match name {
             "opacity_logits" | "opacities" => 1,
             "rotations" => 4,
-            "sh" => 3 * (info.sh_degree as usize + 1).pow(2),
+            "sh" => 3 * (sh_degree as usize + 1).pow(2),
             _ => 3,
         };
-        let mut values = zeros(name, &[info.count as usize, each])?;
+        let mut values = zeros(name, &[count as usize, each])?;
         self.read(name, &mut values)?;
         Ok(values)
     }
@@ -278,6 +292,23 @@ impl Scene {
         call!(splat_scene_crop(self.handle, low.as_ptr(), high.as_ptr()))
     }
 
+    /// Keep the Gaussians whose mean lies in a sphere, in scene units; its surface belongs to it.
+    /// # Errors
+    /// `InvalidArgument` (a centre that is not finite, a radius that is not >= 0),
+    /// `OutOfHostMemory`.
+    pub fn crop_sphere(&self, center: impl Into<[f64; 3]>, radius: f64) -> Result<()> {
+        let center = center.into();
+        call!(splat_scene_crop_sphere(self.handle, center.as_ptr(), radius))
+    }
+
+    /// Change the degree of the spherical harmonics, 0 to 3: bands above it are dropped, missing
+    /// ones are zeros.
+    /// # Errors
+    /// `InvalidArgument` (the degree), `OutOfHostMemory`.
+    pub fn set_sh_degree(&self, sh_degree: u32) -> Result<()> {
+        call!(splat_scene_set_sh_degree(self.handle, sh_degree))
+    }
+
     /// Keep the Gaussians of opacity >= `min_opacity` (0 to 1), in their order.
     ///
     /// ```
@@ -347,6 +378,15 @@ impl Scene {
         let length = count("scenes", scenes.len())?;
         let handles: Vec<sys::splat_scene> = scenes.iter().map(|scene| scene.handle).collect();
         Scene::made(|handle| call!(splat_scene_merge(handles.as_ptr(), length, handle)))
+    }
+
+    /// The number of Gaussians and the degree of the spherical harmonics, without measuring the scene.
+    /// # Errors
+    /// Another version of the library.
+    pub fn get_size(&self) -> Result<(u64, u32)> {
+        let (mut count, mut sh_degree) = (0, 0);
+        call!(splat_scene_get_size(self.handle, &mut count, &mut sh_degree))?;
+        Ok((count, sh_degree))
     }
 
     /// Measure the scene.

@@ -155,13 +155,29 @@ flags! {
     }
 }
 
+flags! {
+    /// What the file of a scene says of drawing it, where formats differ. Values are those of `RasterizerFlags`: a
+    /// rasterizer draws a scene so if these bits are among its flags.
+    DrawnFlags {
+        /** opacities compensate for the dilation (Mip-Splatting) */ ANTIALIASED = SPLAT_DRAWN_ANTIALIASED,
+        /** blended by the distance to the camera, not by depth */ BY_DISTANCE = SPLAT_DRAWN_BY_DISTANCE,
+        /** a Gaussian ends at 3 sigma */ CUT_3_SIGMA = SPLAT_DRAWN_CUT_3_SIGMA,
+        /** colours are blended linear, then converted to sRGB */ LINEAR_COLORS = SPLAT_DRAWN_LINEAR_COLORS,
+    }
+}
+
 number! {
     /// A format of scene files.
     SceneFormat {
         /** 3DGS, ascii or binary, properties in any order */ PLY = SPLAT_SCENE_PLY,
-        /** read only */ COMPRESSED_PLY = SPLAT_SCENE_COMPRESSED_PLY,
+        /// SuperSplat's quantised chunks of 256; named .compressed.ply
+        COMPRESSED_PLY = SPLAT_SCENE_COMPRESSED_PLY,
         /** 8-bit colours, no higher SH bands */ SPLAT = SPLAT_SCENE_SPLAT,
         /** quantised; versions 1 to 4 are read, 3 and 4 written */ SPZ = SPLAT_SCENE_SPZ,
+        /** files of GaussianSplats3D, SH bands up to 2; read only */ KSPLAT = SPLAT_SCENE_KSPLAT,
+        /** quantised, in another order; versions 1 and 2 are read, 2 written */ SOG = SPLAT_SCENE_SOG,
+        /** glTF with KHR_gaussian_splatting; written as one file */ GLTF = SPLAT_SCENE_GLTF,
+        /** glTF as one binary file */ GLB = SPLAT_SCENE_GLB,
     }
 }
 
@@ -170,7 +186,7 @@ number! {
     Frame {
         /** right, down, front: .ply, .splat, COLMAP, OpenCV; scenes in memory */ RDF = SPLAT_FRAME_RDF,
         /** right, up, back: .spz, OpenGL, three.js */ RUB = SPLAT_FRAME_RUB,
-        /** left, up, front */ LUF = SPLAT_FRAME_LUF,
+        /** left, up, front: .gltf, .glb */ LUF = SPLAT_FRAME_LUF,
         /** right, up, front: Unity */ RUF = SPLAT_FRAME_RUF,
         /** left, down, back */ LDB = SPLAT_FRAME_LDB,
         /** right, down, back */ RDB = SPLAT_FRAME_RDB,
@@ -182,8 +198,8 @@ number! {
 flags! {
     /// What is done with files that are not quite as they should be.
     SceneFlags {
-        /// read .ply and .spz files with bytes that their header does not count, with a warning that they are left
-        /// out, instead of refusing them
+        /// read .ply, .spz, .ksplat and .glb files with bytes that their header does not count, with a warning that
+        /// they are left out, instead of refusing them
         LENIENT = SPLAT_SCENE_LENIENT,
         /// write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not
         /// hold, with the nearest ones, instead of refusing them
@@ -371,6 +387,12 @@ flags! {
         /** fx, fy, cx, cy; implies GRAD_POSE */ GRAD_INTRINSICS = SPLAT_RASTERIZER_GRAD_INTRINSICS,
         /** contributions of a backward call; implies it */ CONTRIBUTIONS = SPLAT_RASTERIZER_CONTRIBUTIONS,
         /** output IDS; implies DEPTH */ IDS = SPLAT_RASTERIZER_IDS,
+        /// blend by the distance of a mean to the camera, not by its depth; outputs of depth stay z
+        SORT_BY_DISTANCE = SPLAT_RASTERIZER_SORT_BY_DISTANCE,
+        /** alpha is 0 beyond 3 sigma of the dilated ellipse */ CUT_3_SIGMA = SPLAT_RASTERIZER_CUT_3_SIGMA,
+        /// colours are linear: `background` is sRGB and made linear, `Rasterizer::read_images` converts RGB to sRGB
+        /// (IEC 61966-2-1); tensors, `Rasterizer::read` and gradients stay linear
+        LINEAR_COLORS = SPLAT_RASTERIZER_LINEAR_COLORS,
     }
 }
 
@@ -657,6 +679,19 @@ output! {
         /** rotations of length 0, or not finite */ bad_rotations: u64 = raw.bad_rotations,
         /** Gaussians with a scale below 1e-12 */ degenerate: u64 = raw.degenerate,
         /** Gaussians of opacity below 1/255 */ invisible: u64 = raw.invisible,
+        /** bytes of all attributes in host memory */ bytes: u64 = raw.bytes,
+        /// bytes of the packed copy on a device that draws it; a rasterizer needs more besides
+        device_bytes: u64 = raw.device_bytes,
+        /// about how many Gaussians lie one behind another: the sum of the areas pi s1 s2 of the 1-sigma ellipses
+        /// over the two largest scales, over the mean face of the box of the middle 98 % of the finite means of each
+        /// axis (without an area: over the median ellipse); infinite if a scale is; "fillRatio" of splat-transform 3
+        fill_ratio: f64 = raw.fill_ratio,
+        /// largest magnitude of a finite coefficient above the constant one; 0: no colour depends on the direction
+        band_max: f64 = raw.band_max,
+        /// Gaussians with a scale that .spz files do not hold: below exp(-10) or above exp(5.94)
+        beyond_spz: u64 = raw.beyond_spz,
+        /// bits of `DrawnFlags`; of merged scenes those of the first
+        drawn_as: DrawnFlags = DrawnFlags(raw.drawn_as),
     }
 }
 
@@ -1050,7 +1085,9 @@ input! {
     /// What a rasterizer draws, and how.
     RasterizerDesc(own) = splat_rasterizer_desc {
         /** bits of `RasterizerFlags` */ flags: RasterizerFlags = own.flags.0,
-        /** N, most Gaussians of a call; \>= 0 */ gaussians: u32 = own.gaussians,
+        /// N, most Gaussians of a call; \>= 0. A scene of more than the device takes at a time is drawn in bands of
+        /// the image, with the same pixels: one view a call, without gradients, ids and outputs \[V,N,...\]
+        gaussians: u32 = own.gaussians,
         /// V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than
         /// any before makes it anew, for which both must fit for a moment
         views: u32 = own.views,
@@ -1071,10 +1108,13 @@ input! {
 input! {
     /// How a scene is drawn; 0 is the default.
     SceneRenderDesc(own) = splat_scene_render_desc {
-        /** `RasterizerFlags::ANTIALIASED` */ flags: RasterizerFlags = own.flags.0,
+        /// `RasterizerFlags::ANTIALIASED`, `RasterizerFlags::SORT_BY_DISTANCE`, `RasterizerFlags::CUT_3_SIGMA`,
+        /// `RasterizerFlags::LINEAR_COLORS`, besides those that `SceneInfo`.drawn_as has
+        flags: RasterizerFlags = own.flags.0,
         /** one of pixels; 0 = `Output::RGB` */ output: Output = own.output.0,
         /** 0 = `Convention::CONVENTION_3DGS` */ convention: Convention = own.convention.0,
-        /** RGB */ background: [f32; 3] = own.background,
+        /** RGB, as in the images: sRGB where colours are linear */ background: [f32; 3] = own.background,
+        /** true: flags alone decide, not drawn_as; false: both */ as_given: bool = u32::from(own.as_given),
     }
 }
 

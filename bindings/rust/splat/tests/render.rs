@@ -3,10 +3,10 @@
 mod support;
 
 use splat::{
-    image, prior_scores, Camera, Code, Convention, DepthFlags, FilterFlags, Gaussians, Gradients,
-    Image, ImageFormat, ImageView, ImageViewMut, MaskFlags, NormalFlags, OrbitDesc, Output,
-    RasterState, RasterizerDesc, RasterizerFlags, Scene, SceneDesc, SceneFileDesc, SceneFormat,
-    SceneRenderDesc, Similarity, Tensor,
+    image, prior_scores, Camera, Code, Convention, DepthFlags, DrawnFlags, FilterFlags, Gaussians,
+    Gradients, Image, ImageFormat, ImageView, ImageViewMut, MaskFlags, NormalFlags, OrbitDesc,
+    Output, RasterState, RasterizerDesc, RasterizerFlags, Scene, SceneDesc, SceneFileDesc,
+    SceneFormat, SceneRenderDesc, Similarity, Tensor,
 };
 use support::{camera, device, rasterizer, scene, Folder, SIZE};
 
@@ -19,6 +19,7 @@ fn scenes_keep_their_numbers_in_files() {
     let bytes = scene.save_memory(&SceneFileDesc { format: PLY, ..Default::default() }).unwrap();
     scene.save(folder.join("a.ply"), &Default::default()).unwrap();
     assert_eq!(std::fs::read(folder.join("a.ply")).unwrap(), bytes);
+    assert_eq!(Scene::peek(folder.join("a.ply"), &Default::default()).unwrap(), (40, 0));
     for copy in [
         Scene::load(folder.join("a.ply"), &Default::default()).unwrap(),
         Scene::load_memory(&bytes, &Default::default()).unwrap(),
@@ -45,6 +46,12 @@ fn scenes_change_as_told() {
     assert!((merged.to_vec("means").unwrap()[1] - (2.0 * before[1] + 1.0)).abs() < 1e-6);
     merged.crop([-9.0, -9.0, -9.0], [9.0, 1.0, 9.0]).unwrap();
     assert!(merged.get_info().unwrap().count < 40);
+    merged.set_sh_degree(1).unwrap();
+    let nearest: Vec<f64> =
+        merged.to_vec("means").unwrap()[..3].iter().map(|&mean| mean.into()).collect();
+    merged.crop_sphere([nearest[0], nearest[1], nearest[2]], 1e-6).unwrap();
+    // The places repeat after 17 Gaussians: each copy of 20 has two at the first one.
+    assert_eq!(merged.get_size().unwrap(), (4, 1));
     first.write("opacities", &[0.25; 20]).unwrap();
     first.filter(FilterFlags::FINITE | FilterFlags::SORT, 0.5).unwrap();
     assert_eq!(first.get_info().unwrap().count, 0);
@@ -59,6 +66,8 @@ fn bad_scenes_are_refused() {
     assert_eq!(error.code(), Code::InvalidArgument);
     let empty = SceneDesc { count: 3, means: Some(&[]), ..Default::default() };
     assert!(Scene::create(&empty).unwrap_err().message().contains("means"));
+    let told = SceneDesc { drawn_as: DrawnFlags::ANTIALIASED, ..Default::default() };
+    assert_eq!(Scene::create(&told).unwrap().get_info().unwrap().drawn_as, DrawnFlags::ANTIALIASED);
     let degree = SceneDesc { sh_degree: 4, ..Default::default() };
     assert!(Scene::create(&degree).is_err());
     let scene = scene(4);

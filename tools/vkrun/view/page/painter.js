@@ -1,6 +1,7 @@
 // Draws Gaussians with WebGL2 as the rasterizer does in the 3dgs convention (shaders/raster/): dilation of 0.3
 // pixels^2, alpha at most 0.99, skipped below 1/255 and outside of the tiles that the square of 3 standard deviations
 // meets, depth over 0.2. Blended back to front in half floats. Not the same: a pixel does not stop at a transmittance of 1e-4.
+// The scene's `drawn_as` decides, as SPLAT_DRAWN_ bits do: compensated opacities, the cut at 3 sigma, linear colours.
 
 // Two passes: every Gaussian is projected into two texels, once for a position of the camera; then quads are drawn in
 // the order of depth. Instances of many quads, because software devices draw every instance by itself.
@@ -23,6 +24,7 @@ uniform vec4 intrinsics;       // fx fy cx cy, pixels
 uniform vec2 size, logScale;   // logScale: least value, extent
 uniform vec4 color;            // values of the codes 0, 8, 247 and 255
 uniform mat3x2 sh;             // limit and beyond of degrees 1 to 3
+uniform bool antialiased;      // opacities compensate for the dilation
 layout(location = 0) out uvec4 first;   // middle, l11, l21: alpha = opacity exp2(-|L^T q|^2)
 layout(location = 1) out uvec4 second;  // l22, opacity (0: not seen), colour and half size of the square, halves
 int item;
@@ -108,6 +110,7 @@ void main() {
     float a0 = dot(v1, v1), c0 = dot(v2, v2), b = dot(v1, v2);
     vec3 n = cross(v1, v2);
     float det = dot(n, n) + 0.3 * (a0 + c0) + 0.09, a = a0 + 0.3, c = c0 + 0.3;
+    if (antialiased) opacity *= max(0.005, sqrt(dot(n, n) / det));
     vec2 middle = intrinsics.xy * m.xy / m.z + intrinsics.zw;
     vec3 l = 0.849321800288 * vec3(sqrt(c / det), -b / sqrt(c * det), inversesqrt(c));
     float half_gap = 0.5 * (a - c);
@@ -125,6 +128,7 @@ precision highp usampler2D;
 uniform usampler2D order, firsts, seconds;
 uniform int shown;
 uniform vec2 size;
+uniform float reach;  // most |L^T q|^2
 flat out vec4 shape;  // l11 l21 l22 opacity
 flat out vec2 middle;
 flat out vec3 shade;
@@ -145,8 +149,8 @@ void main() {
     shape = vec4(first.zw, uintBitsToFloat(second.x), opacity);
     shade = vec3(unpackHalf2x16(second.z), blue.x);
 
-    // The ellipse alpha >= 1/255, within the tiles of 16 pixels that the 3dgs square meets.
-    float root = sqrt(max(log2(255.0 * opacity), 0.0) + 4e-3);
+    // The ellipse alpha >= 1/255 or 3 sigma, within the tiles of 16 pixels that the 3dgs square meets.
+    float root = sqrt(clamp(log2(255.0 * opacity), 0.0, reach) + 4e-3);
     vec2 extent = vec2(root * length(shape.yz) / (shape.x * shape.z), root / shape.z);
     vec2 u = middle - 0.5, tiles = ceil(size / 16.0);
     vec2 low = 16.0 * trunc(clamp((u - blue.y) / 16.0, vec2(0), tiles));
@@ -161,6 +165,7 @@ void main() {
 const SPLAT_FRAGMENT = `#version 300 es
 precision highp float;
 uniform vec2 size;
+uniform float reach;
 flat in vec4 shape;
 flat in vec2 middle;
 flat in vec3 shade;
@@ -168,10 +173,22 @@ out vec4 result;
 void main() {
     vec2 q = middle - vec2(gl_FragCoord.x, size.y - gl_FragCoord.y);
     float u = shape.x * q.x + shape.y * q.y, v = shape.z * q.y;
-    float alpha = min(0.99, shape.w * exp2(-(u * u + v * v)));
-    if (alpha < 0.00392156886) discard;
+    float power = u * u + v * v, alpha = min(0.99, shape.w * exp2(-power));
+    if (alpha < 0.00392156886 || power > reach) discard;
     result = vec4(alpha * shade, alpha);
 }`;
+
+// Linear colours as sRGB (IEC 61966-2-1).
+const SPLAT_SHOW = `#version 300 es
+precision highp float;
+uniform highp sampler2D frame;
+out vec4 result;
+void main() {
+    vec3 v = texelFetch(frame, ivec2(gl_FragCoord.xy), 0).rgb, low = vec3(0.0031308);
+    result = vec4(mix(1.055 * pow(max(v, low), vec3(1.0 / 2.4)) - 0.055, 12.92 * v, lessThanEqual(v, low)), 1);
+}`;
+
+const linear = v => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
 
 class Painter {
     // scene: of readScene(). Throws an Error with a sentence.
@@ -182,11 +199,15 @@ class Painter {
         this.halves = gl.getExtension("EXT_color_buffer_float") || gl.getExtension("EXT_color_buffer_half_float");
         this.projecting = this.link(SPLAT_RECTANGLE, SPLAT_PROJECT);
         this.drawing = this.link(SPLAT_VERTEX, SPLAT_FRAGMENT);
+        const says = name => scene.drawn_as.includes(name);
+        this.antialiased = says("antialiased");
+        this.reach = says("3 sigma") ? 6.49212769 : 128;  // 9/2 log2(e); else no limit
+        this.showing = says("linear colours") ? this.link(SPLAT_RECTANGLE, SPLAT_SHOW) : null;
         this.rows = Math.max(1, Math.ceil(scene.count / ROW));
-        this.scenes = this.texture(gl.RGB32UI, Math.ceil(scene.texels.length / 3 / ROW));
+        this.scenes = this.texture(gl.RGB32UI, ROW, Math.ceil(scene.texels.length / 3 / ROW));
         this.fill(this.scenes, gl.RGB_INTEGER, scene.texels, 3);
-        this.order = this.texture(gl.R32UI, this.rows);
-        this.projected = [0, 1].map(() => this.texture(gl.RGBA32UI, this.rows));
+        this.order = this.texture(gl.R32UI, ROW, this.rows);
+        this.projected = [0, 1].map(() => this.texture(gl.RGBA32UI, ROW, this.rows));
         this.projection = gl.createFramebuffer();
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.projection);
         const attachments = [gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1];
@@ -214,13 +235,13 @@ class Painter {
         return {program, at: name => gl.getUniformLocation(program, name)};
     }
 
-    texture(format, rows) {
+    texture(format, width, rows) {
         const gl = this.gl, most = gl.getParameter(gl.MAX_TEXTURE_SIZE), texture = gl.createTexture();
         if (rows > most) throw new Error(`the scene needs a texture of ${rows} rows, and this device has ${most}`);
         gl.bindTexture(gl.TEXTURE_2D, texture);
         for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
             gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
-        gl.texStorage2D(gl.TEXTURE_2D, 1, format, ROW, Math.max(1, rows));
+        gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, Math.max(1, rows));
         return texture;
     }
 
@@ -241,22 +262,22 @@ class Painter {
         this.shown = order.length;
     }
 
-    // A target of half floats of the canvas's size; none where the device cannot blend into one.
+    // A target of half floats of the canvas's size; where the device cannot blend into one, none, or for linear colours
+    // one of bytes.
     target(width, height) {
         const gl = this.gl;
-        if (!this.halves) return null;
+        if (!this.halves && !this.showing) return null;
         if (this.frame && this.width === width && this.height === height) return this.frame;
-        gl.deleteRenderbuffer(this.pixels || null);
+        gl.deleteTexture(this.pixels || null);
         gl.deleteFramebuffer(this.frame || null);
         [this.width, this.height] = [width, height];
-        this.pixels = gl.createRenderbuffer();
-        gl.bindRenderbuffer(gl.RENDERBUFFER, this.pixels);
-        gl.renderbufferStorage(gl.RENDERBUFFER, gl.RGBA16F, width, height);
+        this.pixels = this.texture(this.halves ? gl.RGBA16F : gl.RGBA8, width, height);
         this.frame = gl.createFramebuffer();
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
-        gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.RENDERBUFFER, this.pixels);
-        if (gl.checkFramebufferStatus(gl.FRAMEBUFFER) !== gl.FRAMEBUFFER_COMPLETE) this.halves = null;
-        return this.halves ? this.frame : null;
+        gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.pixels, 0);
+        if (!this.halves || gl.checkFramebufferStatus(gl.FRAMEBUFFER) === gl.FRAMEBUFFER_COMPLETE) return this.frame;
+        this.halves = this.frame = null;
+        return this.target(width, height);
     }
 
     project(camera) {
@@ -276,6 +297,7 @@ class Painter {
         gl.uniform2f(at("size"), gl.canvas.width, gl.canvas.height);
         gl.uniform2fv(at("logScale"), scene.log_scale);
         gl.uniform4fv(at("color"), scene.color);
+        gl.uniform1i(at("antialiased"), this.antialiased);
         gl.uniformMatrix3x2fv(at("sh"), false, scene.sh_limit.flatMap((limit, i) => [limit, scene.sh_beyond[i]]));
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
@@ -283,11 +305,12 @@ class Painter {
     // camera: {rotation (9, rows), translation, eye, intrinsics}, or null for that of the last call
     draw(camera, background) {
         const gl = this.gl, {program, at} = this.drawing, {width, height} = gl.canvas;
+        if (gl.isContextLost()) return;  // it has no textures, and draws again when it is restored
         if (camera) this.project(camera);
         const frame = this.target(width, height);
         gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
         gl.viewport(0, 0, width, height);
-        gl.clearColor(...background, 1);
+        gl.clearColor(...(this.showing ? background.map(linear) : background), 1);
         gl.clear(gl.COLOR_BUFFER_BIT);
         gl.useProgram(program);
         [this.order, ...this.projected].forEach((texture, i) => {
@@ -298,11 +321,21 @@ class Painter {
         gl.activeTexture(gl.TEXTURE0);
         gl.uniform1i(at("shown"), this.shown);
         gl.uniform2f(at("size"), width, height);
+        gl.uniform1f(at("reach"), this.reach);
         gl.enable(gl.BLEND);
         gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
         const instances = Math.ceil(this.shown / QUADS);
         if (instances > 0) gl.drawElementsInstanced(gl.TRIANGLES, 6 * QUADS, gl.UNSIGNED_SHORT, 0, instances);
         if (!frame) return;
+        if (this.showing) {
+            gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+            gl.disable(gl.BLEND);
+            gl.useProgram(this.showing.program);
+            gl.bindTexture(gl.TEXTURE_2D, this.pixels);
+            gl.uniform1i(this.showing.at("frame"), 0);
+            gl.drawArrays(gl.TRIANGLES, 0, 3);
+            return;
+        }
         gl.bindFramebuffer(gl.READ_FRAMEBUFFER, frame);
         gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
         gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);

@@ -1,4 +1,4 @@
-// The scene in the page: its numbers, its order by depth, its file.
+// The scene in the page: its numbers, its order, its file.
 
 // The payload of scene_payload.h and what the element says of it.
 function readScene(element) {
@@ -13,7 +13,8 @@ function readScene(element) {
 }
 
 // Runs in a worker. First message: the means; then {row, offset, near}: the numbers of the Gaussians whose
-// depth row . mean + offset is over `near`, the farthest first, equal ones by falling number. Radix sort, 2 x 16 bits.
+// depth row . mean + offset is over `near`, the farthest first, equal ones by falling number: by depth, or by the
+// distance to `eye` if there is one. Radix sort, 2 x 16 bits.
 function sorterBody() {
     let means, keys, other, from, to;
     const counts = [new Uint32Array(65536), new Uint32Array(65536)];
@@ -25,12 +26,13 @@ function sorterBody() {
             [keys, other, from, to] = [0, 1, 2, 3].map(() => new Uint32Array(count));
             return;
         }
-        const {row, offset, near} = event.data;
+        const {row, offset, near, eye} = event.data;
         let shown = 0;
         for (const list of counts) list.fill(0);
         for (let i = means.length / 3 - 1; i >= 0; --i) {
             depth[0] = row[0] * means[3 * i] + row[1] * means[3 * i + 1] + row[2] * means[3 * i + 2] + offset;
             if (!(depth[0] > near)) continue;
+            if (eye) depth[0] = Math.hypot(means[3 * i] - eye[0], means[3 * i + 1] - eye[1], means[3 * i + 2] - eye[2]);
             const key = ~bits[0] >>> 0;  // positive floats are ordered as their bits are
             keys[shown] = key;
             from[shown++] = i;
@@ -53,6 +55,7 @@ function sorterBody() {
 // Sorts in a worker; `done` gets the order, or `failed` a reason.
 class Sorter {
     constructor(scene, done, failed) {
+        this.byDistance = scene.drawn_as.includes("by distance");
         const url = URL.createObjectURL(new Blob(["(" + sorterBody + ")()"], {type: "text/javascript"}));
         this.worker = new Worker(url);
         URL.revokeObjectURL(url);
@@ -66,10 +69,15 @@ class Sorter {
         this.worker.postMessage({means}, [means.buffer]);
     }
 
+    // Sorts anew if the order may differ from that of the call before.
     sort(camera) {
+        const order = {row: camera.rotation.slice(6, 9), offset: camera.translation[2], near: 0.2,
+                       eye: this.byDistance ? camera.eye : null};
+        const place = JSON.stringify(order);
+        if (this.busy || place === this.place) return;
+        this.place = place;
         this.busy = true;
-        this.worker.postMessage(
-            {row: camera.rotation.slice(6, 9), offset: camera.translation[2], near: 0.2});
+        this.worker.postMessage(order);
     }
 }
 
@@ -82,9 +90,11 @@ function sceneFile(scene) {
     const knots = scene.color, shares = code => [code / 8, (code - 8) / 239, (code - 247) / 8];
     const color = code => shares(code).reduce(
         (sum, t, i) => sum + (knots[i + 1] - knots[i]) * Math.min(Math.max(t, 0), 1), knots[0]);
+    const mip = scene.drawn_as.includes("antialiased"), linear = scene.drawn_as.includes("linear colours");
     const header = new TextEncoder().encode(
-        `ply\nformat binary_little_endian 1.0\nelement vertex ${count}\n` +
-        names.map(name => `property float ${name}\n`).join("") + "end_header\n");
+        `ply\nformat binary_little_endian 1.0\n${mip ? "comment SplatRenderMode: mip\n" : ""}` +
+        `element vertex ${count}\n` + names.map(name => `property float ${name}\n`).join("") +
+        (linear ? "element color_space 1\nproperty uchar color_space\n" : "") + "end_header\n");
     const means = new Float32Array(texels.buffer, 0, 3 * count), signed = new Int8Array(texels.buffer);
     const values = new Float32Array(count * names.length);
     for (let i = 0, o = 0; i < count; ++i) {
@@ -107,5 +117,6 @@ function sceneFile(scene) {
         q.splice(rotation >>> 30, 0, Math.sqrt(Math.max(0, 1 - q[0] ** 2 - q[1] ** 2 - q[2] ** 2)));
         for (const part of q) values[o++] = part;
     }
-    return new Blob([header, values], {type: "application/octet-stream"});
+    const colors = linear ? [new Uint8Array([1])] : [];  // SHARP's element
+    return new Blob([header, values, ...colors], {type: "application/octet-stream"});
 }

@@ -129,7 +129,7 @@ class SplatViewer {
         canvas.addEventListener("webglcontextrestored", () => {
             this.painter = new Painter(this.painter.gl, this.scene);
             this.element.classList.add("splat-live");
-            this.place = this.depths = null;
+            this.place = this.sorter.place = null;
             this.change();
         });
     }
@@ -243,11 +243,7 @@ class SplatViewer {
         if (this.turning) this.turnFor(time - (this.last || time));
         this.last = time;
         const view = this.camera.view(width, height);
-        const depths = [...view.rotation.slice(6), view.translation[2]].join();
-        if (!this.sorter.busy && depths !== this.depths) {
-            this.depths = depths;
-            this.sorter.sort(view);
-        }
+        this.sorter.sort(view);
         const place = JSON.stringify([view, width, height]);
         this.painter.draw(place === this.place ? null : view, this.background);
         this.place = place;

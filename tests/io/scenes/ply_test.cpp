@@ -4,9 +4,12 @@
 
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "io/sample_scene.h"
+#include "support/compare.h"
 #include "support/expect_status.h"
+#include "support/log_capture.h"
 
 namespace splat::io {
 namespace {
@@ -124,8 +127,8 @@ TEST(Ply, IgnoresAndReportsUnknownProperties) {
     const auto loaded = need(read_ply(bytes_of(text)));
     EXPECT_EQ(loaded.gaussians.means, (std::vector<float>{11, 12, 13}));
     EXPECT_EQ(loaded.report.ignored,
-              (std::vector<std::string>{"vertex.red", "vertex.extra", "element camera",
-                                        "element nothing", "element face"}));
+              (std::vector<std::string>{"element camera", "element nothing", "vertex.red",
+                                        "vertex.extra", "element face"}));
 }
 
 TEST(Ply, DropsAndReportsBandsAboveTheHighest) {
@@ -138,7 +141,95 @@ TEST(Ply, DropsAndReportsBandsAboveTheHighest) {
     const auto loaded = need(read_ply(bytes_of(text + kEnd + row)));
     EXPECT_EQ(loaded.gaussians.sh_degree, 3U);
     EXPECT_EQ(loaded.gaussians.sh[15 * 3 + 1], 24.0F + 14.0F);
-    EXPECT_EQ(loaded.report.ignored, std::vector<std::string>{"SH bands 4 to 4"});
+    EXPECT_EQ(loaded.report.ignored, std::vector<std::string>{"SH band 4 (read to degree 3)"});
+}
+
+/// A file with these lines in its header.
+LoadedScene with_lines(const std::string& lines, const std::string& elements = "",
+                       const std::string& rows = "") {
+    return need(
+        read_ply(bytes_of("ply\nformat ascii 1.0\n" + lines + header("ascii", "1").substr(21) +
+                          elements + kEnd + kRow + rows)));
+}
+
+TEST(Ply, CommentsSayHowItIsDrawn) {
+    const auto drawn = [](const std::string& lines) {
+        const auto loaded = with_lines(lines);
+        EXPECT_TRUE(loaded.report.ignored.empty()) << lines;
+        EXPECT_EQ(loaded.report.drawn_as, loaded.gaussians.drawn_as);
+        return loaded.report.drawn_as.antialiased;
+    };
+    EXPECT_FALSE(drawn("comment\ncomment made by x\ncomment antialiased or not\n"));
+    EXPECT_FALSE(drawn("comment SplatRenderMode: default\n"));
+    EXPECT_TRUE(drawn("comment SplatRenderMode: mip\n"));
+    EXPECT_TRUE(drawn("comment  SplatRenderMode:  mip \r\n"));
+    EXPECT_TRUE(drawn("comment antialiased 1\n"));
+    EXPECT_FALSE(drawn("comment antialiased 0\n"));
+    EXPECT_FALSE(drawn("comment antialiased 10\n"));
+    EXPECT_FALSE(drawn("comment antialiased 1\ncomment SplatRenderMode: default\n")) << "the last";
+}
+
+TEST(Ply, ReportsModesThatItDoesNotDraw) {
+    const LogCapture log;
+    auto loaded = with_lines("comment SplatRenderMode: new\n");
+    EXPECT_EQ(loaded.report.ignored, std::vector<std::string>{"SplatRenderMode: new"});
+    EXPECT_EQ(log.text(), "");
+    loaded = with_lines("comment SplatRenderMode: 2dgs\n");
+    EXPECT_EQ(loaded.report.ignored, std::vector<std::string>{"SplatRenderMode: 2dgs"});
+    EXPECT_HAS(log.text(), "Its Gaussians are flat, and drawn as 3D ones");
+    std::string flat = header("ascii", "1") + kEnd + kRow;
+    flat.erase(flat.find("property float scale_2\n"), 23);
+    EXPECT_ERROR(status_of(bytes_of(flat)), Code::kFormat, "'scale_2'");
+    EXPECT_ERROR(status_of(bytes_of(flat)), Code::kFormat, "Is it of 2D Gaussians?");
+}
+
+/// What SHARP writes behind the vertices; the colour space is 0 for sRGB and 1 for linear colours.
+TEST(Ply, ElementsOfSharpAreUnderstoodOrListed) {
+    const auto sharp = [](const std::string& color_space) {
+        std::string elements, rows;
+        for (const auto& [name, count, type] : {std::tuple{"extrinsic", 16, "float"},
+                                                {"intrinsic", 9, "float"},
+                                                {"image_size", 2, "uint"},
+                                                {"frame", 2, "int"},
+                                                {"disparity", 2, "float"}}) {
+            elements += format("element %s %d\nproperty %s %s\n", name, count, type, name);
+            for (int i = 0; i < count; ++i) rows += "1\n";
+        }
+        return with_lines("",
+                          elements + "element color_space 1\nproperty uchar color_space\n" +
+                              "element version 3\nproperty uchar version\n",
+                          rows + color_space + "\n1\n5\n0\n");
+    };
+    const std::vector<std::string> others = {"element extrinsic",  "element intrinsic",
+                                             "element image_size", "element frame",
+                                             "element disparity",  "element version"};
+    EXPECT_EQ(sharp("0").report.ignored, others);
+    EXPECT_EQ(sharp("0").report.drawn_as, scene::DrawnAs());
+    EXPECT_EQ(sharp("1").report.ignored, others);
+    EXPECT_EQ(sharp("1").report.drawn_as, scene::DrawnAs{.linear_colors = true});
+    auto more = others;
+    more.insert(more.end() - 1, "element color_space of value 7");
+    EXPECT_EQ(sharp("7").report.ignored, more);
+    const auto other =
+        with_lines("", "element color_space 2\nproperty uchar color_space\n", "1\n1\n");
+    EXPECT_EQ(other.report.ignored, std::vector<std::string>{"element color_space"});
+    EXPECT_EQ(other.report.drawn_as, scene::DrawnAs());
+}
+
+TEST(Ply, WritesHowItIsDrawn) {
+    for (const scene::DrawnAs drawn :
+         {scene::DrawnAs{.antialiased = true}, scene::DrawnAs{.linear_colors = true},
+          scene::DrawnAs{.antialiased = true, .linear_colors = true}}) {
+        auto scene = sample_scene(3, 1);
+        scene.drawn_as = drawn;
+        const auto file = need(write_ply(scene));
+        const auto loaded = need(read_ply(file));
+        expect_same_bits(loaded.gaussians, scene);
+        EXPECT_EQ(loaded.gaussians.drawn_as, drawn);
+        EXPECT_TRUE(loaded.report.ignored.empty());
+        EXPECT_EQ(as_text(file).find("\ncomment SplatRenderMode: mip\n") != std::string::npos,
+                  drawn.antialiased);
+    }
 }
 
 TEST(Ply, KeepsAndCountsBadRotations) {

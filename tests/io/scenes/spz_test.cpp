@@ -106,6 +106,7 @@ TEST(Spz, RefusesAndTellsScalesThatItDoesNotHold) {
         EXPECT_OK(write_spz(gaussians, options));
         return log.text();
     };
+    EXPECT_EQ(scales_beyond_spz(scene), 500U);
     SaveOptions clamp;
     clamp.clamp = true;
     EXPECT_HAS(warned(scene, clamp), "spz: 500 of 1000 Gaussians have a scale below exp(-10)");
@@ -116,8 +117,8 @@ TEST(Spz, RefusesAndTellsScalesThatItDoesNotHold) {
     for (std::size_t k = 0; k < 4; ++k) few.rotations[4 + k] = 0;
     EXPECT_EQ(warned(few),
               "spz: 10 of 1000 Gaussians have a scale below exp(-10), and get that\n"
-              "spz: 1 of 1000 rotations have length 0\n"
-              "spz: 1 of 3000 colours are outside what a byte holds, and are clipped\n");
+              "spz: 1 of 3000 colours are outside what a byte holds, and are clipped\n"
+              "spz: 1 of 1000 rotations have length 0\n");
     few.log_scales[30] = -12;
     EXPECT_FALSE(write_spz(few, {}).ok()) << "eleven";
     for (std::size_t i = 0; i < 60; ++i) few.log_scales[i] = 7;
@@ -164,7 +165,19 @@ TEST(Spz, DropsAndReportsDegree4) {
     file.resize(file.size() + 9 + 1 + 3 + 3 + 4 + 72, std::byte{128});
     const auto loaded = need(read_spz(file));
     EXPECT_EQ(loaded.gaussians.sh_degree, 3U);
-    EXPECT_EQ(loaded.report.ignored, std::vector<std::string>{"SH bands 4 to 4"});
+    EXPECT_EQ(loaded.report.ignored, std::vector<std::string>{"SH band 4 (read to degree 3)"});
+}
+
+TEST(Spz, SaysThatAScenesOpacitiesAreAntialiased) {
+    for (const std::uint32_t number : {3U, 4U})
+        for (const bool antialiased : {false, true}) {
+            auto scene = sample_scene(2, 1);
+            scene.drawn_as.antialiased = antialiased;
+            const auto loaded = need(read_spz(need(write_spz(scene, version(number)))));
+            EXPECT_EQ(loaded.gaussians.drawn_as, scene.drawn_as);
+            EXPECT_EQ(loaded.report.drawn_as, scene.drawn_as);
+            EXPECT_TRUE(loaded.report.ignored.empty());
+        }
 }
 
 TEST(Spz, RefusesHostileHeaders) {

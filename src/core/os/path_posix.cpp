@@ -1,0 +1,27 @@
+#include "core/os/path.h"
+
+#include <cstdlib>
+
+namespace splat::os {
+
+std::size_t name_start(const std::string& path) {
+    return path.rfind('/') + 1;  // 0 without a folder
+}
+
+bool is_absolute(const std::string& path) {
+    return path.starts_with('/');
+}
+
+std::optional<std::string> variable(const char* name) {
+    const char* const value = std::getenv(name);
+    return value == nullptr ? std::nullopt : std::optional<std::string>(value);
+}
+
+std::optional<std::string> cache_folder() {
+    // The specification asks to ignore relative ones.
+    if (const auto cache = variable("XDG_CACHE_HOME"); cache && is_absolute(*cache)) return cache;
+    if (const auto home = variable("HOME"); home && !home->empty()) return *home + "/.cache";
+    return std::nullopt;
+}
+
+}  // namespace splat::os
