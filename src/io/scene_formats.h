@@ -153,7 +153,7 @@ Result<LoadedScene> read_glb(Bytes file, const LoadOptions& options = {});
 ///
 /// Errors       as prepare_save(); kInvalidArgument for values that are not finite, or scales that float32 does not
 ///              hold; kUnsupported for a .glb of more than 4 GB
-/// Precision    exact but for float32 rounding of exp(log scale), 2^-24 of a scale, and of the opacity, 2^-25
+/// Precision    exact, except the float32 rounding of exp(log scale), 2^-24 of a scale, and of the opacity, 2^-25
 Status put_gltf(const scene::Gaussians& gaussians, const SaveOptions& options, ByteSink& to);
 Status put_glb(const scene::Gaussians& gaussians, const SaveOptions& options, ByteSink& to);
 inline Result<Buffer> write_gltf(const scene::Gaussians& gaussians,
@@ -174,7 +174,7 @@ Result<bool> is_sog(Bytes file);
 /// Errors       kFormat if damaged or truncated, an image is missing, too small or of another size than the others, a
 ///              label is beyond the palette, or an image lies outside of the folder; kUnsupported for other versions
 ///              and above the limit
-/// Memory       within the decode budget of all files together, but for read_webp()'s
+/// Memory       within the decode budget of all files together; read_webp() takes more
 /// Source       PlayCanvas, SOG format specification
 Result<LoadedScene> read_sog(Bytes file, const LoadOptions& options = {});
 

@@ -37,7 +37,7 @@ DistinctRows find_distinct(const VectorRows& rows) {
     for (std::size_t i = 0; i < rows.count; ++i)
         hashes[i] = {row_hash(rows[i], rows.dims), static_cast<std::uint32_t>(i)};
     std::ranges::sort(hashes);
-    // Rows of one hash are equal, but for collisions, which only cost an entry.
+    // Equal rows have equal hashes, so they are neighbours here. A collision between them only costs an entry.
     std::vector<std::uint32_t> lowest(rows.count);
     for (std::size_t i = 0; i < hashes.size(); ++i) {
         const std::uint32_t row = hashes[i].second;
