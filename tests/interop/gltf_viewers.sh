@@ -9,14 +9,7 @@ set -eu
 packages="babylonjs@9.28.0 babylonjs-loaders@9.28.0 three@0.187.0"
 client=$2/gltf_viewers
 
-skip() {
-    echo "skipped: $*"
-    exit 77
-}
-
-command -v node >/dev/null 2>&1 || skip "node is not installed"
-chromium=${CHROMIUM:-$(command -v chromium || true)}
-[ -n "$chromium" ] || skip "chromium is not installed"
+. "$(dirname "$0")/browser.sh"
 if [ ! -f "$client/complete" ]; then
     command -v npm >/dev/null 2>&1 || skip "npm is not installed"
     mkdir -p "$client"

@@ -5,12 +5,5 @@
 # or newer. Exit status 77: skipped, with the reason.
 set -eu
 
-skip() {
-    echo "skipped: $*"
-    exit 77
-}
-
-command -v node >/dev/null 2>&1 || skip "node is not installed"
-chromium=${CHROMIUM:-$(command -v chromium || true)}
-[ -n "$chromium" ] || skip "chromium is not installed"
+. "$(dirname "$0")/browser.sh"
 exec node "$(dirname "$0")/viewer.mjs" "$chromium" "$@"
