@@ -6,6 +6,16 @@
 
 namespace splat::os {
 
+std::filesystem::path path_of(const std::string& text) {
+    return {reinterpret_cast<const char8_t*>(text.data()),
+            reinterpret_cast<const char8_t*>(text.data()) + text.size()};
+}
+
+std::string text_of(const std::filesystem::path& path) {
+    const std::u8string text = path.generic_u8string();
+    return {text.begin(), text.end()};
+}
+
 std::string folder_of(const std::string& path) {
     const std::size_t start = name_start(path);
     if (start == 0) return ".";

@@ -2,6 +2,7 @@
 
 #include <climits>
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -15,6 +16,10 @@ inline constexpr std::size_t kLongestPath = PATH_MAX;
 #endif
 inline constexpr std::size_t kLongestName =
     255;  ///< bytes; Windows counts in UTF-16, which are no more
+
+/// A path of a text, and its text, with "/" everywhere. Those of the standard library use the code page on Windows.
+std::filesystem::path path_of(const std::string& text);
+std::string text_of(const std::filesystem::path& path);
 
 /// Where the name of a path begins: behind the last separator.
 std::size_t name_start(const std::string& path);
