@@ -20,8 +20,10 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INC
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/THIRD-PARTY.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
               ${PROJECT_SOURCE_DIR}/README.md
         DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT Splat_Runtime)
-install(TARGETS splat EXPORT SplatTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-        COMPONENT Splat_Runtime NAMELINK_COMPONENT Splat_Development)
+install(TARGETS splat EXPORT SplatTargets
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT Splat_Runtime NAMELINK_COMPONENT Splat_Development
+        RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT Splat_Runtime
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT Splat_Development)
 
 # The built-in weights; src/predict/weights_place.cpp looks for them here.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/weights
@@ -71,7 +73,9 @@ function(splat_remove_rpath component)
       endforeach()
     endif()" COMPONENT ${component})
 endfunction()
-splat_remove_rpath(Splat_Runtime ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:splat>)
-if(TARGET vkrun)
+if(NOT WIN32)
+  splat_remove_rpath(Splat_Runtime ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:splat>)
+endif()
+if(TARGET vkrun AND NOT WIN32)
   splat_remove_rpath(Splat_Tools ${CMAKE_INSTALL_BINDIR}/vkrun ${CMAKE_INSTALL_BINDIR}/vkrun-bench)
 endif()

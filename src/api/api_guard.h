@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstring>
 #include <new>
 #include <span>
 #include <string>
@@ -107,7 +108,7 @@ Status take_input(const Input* given, const char* argument, Input& taken) {
     SPLAT_TRY(require(given, argument));
     SPLAT_TRY(check_size(*given));
     const std::size_t size = given->struct_size;
-    __builtin_memcpy(&taken, given, size < sizeof(Input) ? size : sizeof(Input));
+    std::memcpy(&taken, given, size < sizeof(Input) ? size : sizeof(Input));
     return {};
 }
 
@@ -124,7 +125,7 @@ Status check_fill(const Info* to_fill, const char* argument) {
 template <class Info>
 void give(const Info& filled, Info* info) {
     const std::uint32_t size = info->struct_size;
-    __builtin_memcpy(info, &filled, size < sizeof(Info) ? size : sizeof(Info));
+    std::memcpy(info, &filled, size < sizeof(Info) ? size : sizeof(Info));
     info->struct_size = size;
 }
 

@@ -7,15 +7,16 @@ namespace splat {
 
 /// a * b, or nothing if it does not fit in 64 bits.
 inline std::optional<std::uint64_t> checked_mul(std::uint64_t a, std::uint64_t b) {
-    std::uint64_t product = 0;
-    if (__builtin_mul_overflow(a, b, &product)) return std::nullopt;
+    const std::uint64_t product = a * b;
+    const bool small = ((a | b) >> 32) == 0;  // spares the division
+    if (!small && a != 0 && product / a != b) return std::nullopt;
     return product;
 }
 
 /// a + b, or nothing if it does not fit in 64 bits.
 inline std::optional<std::uint64_t> checked_add(std::uint64_t a, std::uint64_t b) {
-    std::uint64_t sum = 0;
-    if (__builtin_add_overflow(a, b, &sum)) return std::nullopt;
+    const std::uint64_t sum = a + b;
+    if (sum < a) return std::nullopt;
     return sum;
 }
 

@@ -37,7 +37,9 @@ std::optional<std::string> user_cache_folder() {
 std::string library_folder() {
     const std::string file = os::file_of_code();
     std::error_code none;
-    return file.empty() ? "" : std::filesystem::canonical(file, none).parent_path().string();
+    return file.empty()
+               ? ""
+               : os::text_of(std::filesystem::canonical(os::path_of(file), none).parent_path());
 }
 
 }  // namespace splat

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/float_mode.h"
+
 namespace splat {
 
 Status parallel_for(std::size_t count, std::size_t threads,
@@ -15,6 +17,7 @@ Status parallel_for(std::size_t count, std::size_t threads,
     using Failure = std::pair<std::size_t, Status>;  // index and error; index `count`: no error
     std::atomic<std::size_t> next = 0;
     const auto take_turns = [&]() -> Failure {
+        const FloatMode mode;  // threads of Windows start in another one
         try {
             for (std::size_t i = next++; i < count; i = next++) {
                 Status status = work(i);

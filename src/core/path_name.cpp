@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/hash.h"
+#include "core/os/path.h"
 #include "core/shown.h"
 
 namespace splat {
@@ -36,6 +37,12 @@ bool is_forbidden(char c) {
            std::string_view("/\\:*?\"<>|%").find(c) != std::string_view::npos;
 }
 
+/// "C:x" is a path in the current folder of a drive.
+bool has_drive(std::string_view part) {
+    const auto lower = static_cast<unsigned char>(part.empty() ? 0 : part[0] | 0x20);
+    return part.size() >= 2 && part[1] == ':' && lower >= 'a' && lower <= 'z';
+}
+
 std::string hash_of(const std::string& name) {
     Hash hash;
     hash.add(name);
@@ -45,6 +52,7 @@ std::string hash_of(const std::string& name) {
 }  // namespace
 
 PathName::PathName(const std::string& name) {
+    const bool is_device = os::is_device_name(name);
     std::vector<std::string> pieces;
     std::size_t total = 0;
     for (std::size_t at = 0; at < name.size();) {
@@ -52,7 +60,7 @@ PathName::PathName(const std::string& name) {
         const char c = name[at];
         const bool first = at == 0, last = at + 1 == name.size();
         const bool hidden = (first && c == '.') || (last && (c == '.' || c == ' '));
-        const bool encoded = bytes == 0 || is_forbidden(c) || hidden;
+        const bool encoded = bytes == 0 || is_forbidden(c) || hidden || (first && is_device);
         pieces.push_back(encoded ? format("%%%02X", static_cast<unsigned char>(c))
                                  : name.substr(at, bytes));
         total += pieces.back().size();
@@ -67,10 +75,31 @@ PathName::PathName(const std::string& name) {
     if (text_.empty()) text_ = "%";
 }
 
+bool is_name_in_folder(const std::string& name) {
+    return !name.empty() && name.find_first_of({"/\\", 3}) == std::string::npos && name != "." &&
+           name != ".." && !has_drive(name);
+}
+
+Status check_portable(const std::string& path) {
+    bool portable = path.find_first_of({"\\", 2}) == std::string::npos && !path.starts_with("//");
+    for (std::size_t at = 0; at < path.size(); at = std::min(path.find('/', at), path.size()) + 1)
+        portable = portable && !has_drive(std::string_view(path).substr(at));
+    if (portable) return {};
+    return damaged(
+        "the path '%s', expected one with '/' between folders and without a drive or a server, "
+        "which "
+        "every system reads alike; change it in the file that names it",
+        shown(path).c_str());
+}
+
 Status check_below(const std::string& path) {
-    const std::filesystem::path whole = path;
-    bool below = !path.empty() && whole.is_relative() && path.find('\0') == std::string::npos;
-    for (const std::filesystem::path& part : whole) below = below && part != "..";
+    SPLAT_TRY(check_portable(path));
+    bool below = !path.empty() && !path.starts_with('/');
+    for (std::size_t at = 0; at < path.size();) {
+        const std::size_t end = std::min(path.find('/', at), path.size());
+        below = below && path.substr(at, end - at) != "..";
+        at = end + 1;
+    }
     if (below) return {};
     return damaged("the path '%s', expected one below the folder of the data", shown(path).c_str());
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "core/shown.h"
 #include "data/folder.h"
 #include "data/object_lists.h"
@@ -63,19 +64,19 @@ Status examine(FrameArray& array) {
 
 /// Folders of splits below the folder of a category, or below a folder that holds some.
 Result<fs::path> category_folder(const ReaderDesc& desc) {
-    const fs::path path = desc.path;
+    const fs::path path = os::path_of(desc.path);
     const std::string &split = desc.split, &category = desc.category;
     const auto look = [&](const fs::path& folder, bool& there) -> Result<bool> {
-        SPLAT_ASSIGN(const io::PathKind kind, io::kind_of((folder / split).string()));
+        SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(os::text_of(folder / split)));
         SPLAT_TRY(check_link(kind, folder / split));
         there = there || kind == io::PathKind::kFolder;
-        return io::has_file((folder / split / "camera_Rs.npz").string());
+        return io::has_file(os::text_of(folder / split / "camera_Rs.npz"));
     };
     bool there = false;
     SPLAT_ASSIGN(const bool is_here, look(path, there));
     if (is_here) return path;
     std::vector<std::string> found;
-    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(path.string()));
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(os::text_of(path)));
     for (const std::string& name : names) {
         SPLAT_ASSIGN(const bool is_below, look(path / name, there));
         if (is_below) found.push_back(name);
@@ -91,14 +92,14 @@ Result<fs::path> category_folder(const ReaderDesc& desc) {
                        : Code::kNotFound,
         "'%s' and its folders hold %zu files %s/camera_Rs.npz, expected one: give the path of one "
         "category",
-        path.string().c_str(), found.size(), split.c_str());
+        os::text_of(path).c_str(), found.size(), split.c_str());
     return there ? status : no_split(desc, status);
 }
 
 Result<io::WeightsFile> load_npz(const fs::path& path) {
-    const auto source = io::open_source(path.string());
+    const auto source = io::open_source(os::text_of(path));
     SPLAT_TRY(as_damage(source.status()));
-    return in_file(io::read_npz(*source.value()), path.string());
+    return in_file(io::read_npz(*source.value()), os::text_of(path));
 }
 
 class Co3dReader : public ObjectsReader<Sequence> {
@@ -111,7 +112,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
             SPLAT_SET(excluded, load_excluded_sequences(desc_.excluded_file));
         SPLAT_ASSIGN(const fs::path category, category_folder(desc_));
         const fs::path root = category / desc_.split;
-        index_.files = {(root / "camera_Rs.npz").string(), (root / "camera_Ts.npz").string()};
+        index_.files = {os::text_of(root / "camera_Rs.npz"), os::text_of(root / "camera_Ts.npz")};
         SPLAT_ASSIGN(rotations_, load_npz(root / "camera_Rs.npz"));
         SPLAT_ASSIGN(translations_, load_npz(root / "camera_Ts.npz"));
         SPLAT_ASSIGN(const std::vector<std::string> names, objects_of(root));
@@ -127,7 +128,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
         if (objects_.empty()) {
             const Status status =
                 not_found("'%s' holds no folder with focal_lengths.npy besides %u excluded ones",
-                          root.string().c_str(), index_.excluded);
+                          os::text_of(root).c_str(), index_.excluded);
             return index_.excluded > 0 ? status : no_split(desc_, status);
         }
         return index_.find_resolution(*this, desc_.lenient);
@@ -135,8 +136,8 @@ class Co3dReader : public ObjectsReader<Sequence> {
 
     [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
         const Sequence& sequence = objects_[object];
-        SPLAT_ASSIGN(const io::Buffer file, io::read_file(sequence.focals.string(), 1U << 24));
-        SPLAT_ASSIGN(const auto focals, in_file(io::read_npy(file), sequence.focals.string()));
+        SPLAT_ASSIGN(const io::Buffer file, io::read_file(os::text_of(sequence.focals), 1U << 24));
+        SPLAT_ASSIGN(const auto focals, in_file(io::read_npy(file), os::text_of(sequence.focals)));
         const io::NamedTensor* r = rotations_.tensors.find(sequence.name);
         const io::NamedTensor* t = translations_.tensors.find(sequence.name);
         if (r == nullptr || t == nullptr || r->values.size() != sequence.frames() * 9 ||
@@ -160,7 +161,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
                     return damaged(
                         "'%s': frame %zu has the focal length %g, expected %g to %g half "
                         "widths of the image",
-                        sequence.focals.c_str(), i, value, kLeastFocal, kMostFocal);
+                        os::text_of(sequence.focals).c_str(), i, value, kLeastFocal, kMostFocal);
             views.push_back({pose, focal[0] / 2, focal[1] / 2, origin_distance(pose)});
         }
         return views;
@@ -191,7 +192,8 @@ class Co3dReader : public ObjectsReader<Sequence> {
         for (const io::NamedTensor& tensor : rotations_.tensors) {
             if (!is_folder_name(tensor.name))
                 return damaged("'%s': '%s' is not the name of a folder",
-                               (root / "camera_Rs.npz").c_str(), shown(tensor.name).c_str());
+                               os::text_of(root / "camera_Rs.npz").c_str(),
+                               shown(tensor.name).c_str());
             names.insert(tensor.name);
         }
         return std::vector<std::string>(names.begin(), names.end());
@@ -204,7 +206,8 @@ class Co3dReader : public ObjectsReader<Sequence> {
         };
         if (parts.empty() && rotations_.tensors.find(name) == nullptr) return false;
         Sequence sequence{name, folder / "focal_lengths.npy", {}};
-        if (!has("focal_lengths")) return damaged("there is no '%s'", sequence.focals.c_str());
+        if (!has("focal_lengths"))
+            return damaged("there is no '%s'", os::text_of(sequence.focals).c_str());
         const bool masked = has("images_fg");
         const char* const files[] = {masked ? "images_fg.npy" : "images_full.npy", "depths.npy",
                                      "normals.npy", "masks.npy"};
@@ -213,9 +216,10 @@ class Co3dReader : public ObjectsReader<Sequence> {
         for (const MapKind kind :
              {MapKind::kRgb, MapKind::kDepth, MapKind::kNormal, MapKind::kMask}) {
             FrameArray& array = sequence.arrays[static_cast<std::size_t>(kind)];
-            array.path = (folder / files[static_cast<std::size_t>(kind)]).string();
+            array.path = os::text_of(folder / files[static_cast<std::size_t>(kind)]);
             array.channels = channels_of(kind);
-            if (kind != MapKind::kRgb && !has(fs::path(array.path).stem().string().c_str())) {
+            if (kind != MapKind::kRgb &&
+                !has(os::text_of(os::path_of(array.path).stem()).c_str())) {
                 lacking.push_back(kind);
                 continue;
             }
@@ -229,7 +233,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
         std::vector<std::string> frames;
         for (std::size_t i = 0; i < sequence.frames(); ++i) frames.push_back(std::to_string(i));
         std::ranges::sort(frames);
-        SPLAT_TRY(index_.add(name, folder.string(), {frames, frames}, desc_.lenient).status());
+        SPLAT_TRY(index_.add(name, os::text_of(folder), {frames, frames}, desc_.lenient).status());
         objects_.push_back(sequence);
         index_.problems.back().insert(index_.problems.back().end(), problems.begin(),
                                       problems.end());
@@ -248,7 +252,7 @@ Result<bool> is_co3d(const std::string& path) {
     names.emplace_back();
     return io::holds_for_any(names, [&path](const std::string& name) {
         return io::holds_for_any({"train", "val", "test"}, [&](const std::string& split) {
-            return io::has_file((fs::path(path) / name / split / "camera_Rs.npz").string());
+            return io::has_file(os::text_of(os::path_of(path) / name / split / "camera_Rs.npz"));
         });
     });
 }

@@ -8,6 +8,7 @@
 
 #include "core/json_writer.h"
 #include "core/log.h"
+#include "core/os/path.h"
 #include "core/parallel.h"
 #include "core/path_name.h"
 #include "data/co3d_cameras.h"
@@ -38,27 +39,28 @@ bool all_finite(const std::vector<float>& values) {
 
 Result<PreparedFrame> read_frame(const Co3dPreparation& preparation, const RawFrame& frame,
                                  double& half_side) {
-    const fs::path image_path = fs::path(preparation.raw) / frame.image;
-    const fs::path mask_path = fs::path(preparation.raw) / frame.mask;
+    const fs::path image_path = os::path_of(preparation.raw) / frame.image;
+    const fs::path mask_path = os::path_of(preparation.raw) / frame.mask;
     SPLAT_ASSIGN(const io::Image image, load_bytes(image_path, {}));
     SPLAT_ASSIGN(const io::Image mask, load_bytes(mask_path, {}));
     const auto check = [&frame](const io::Image& found, const fs::path& path) {
         if (found.width == frame.width && found.height == frame.height) return Status();
-        return damaged("'%s': %u x %u pixels, its annotation has %u x %u", path.string().c_str(),
-                       found.width, found.height, frame.width, frame.height);
+        return damaged("'%s': %u x %u pixels, its annotation has %u x %u",
+                       os::text_of(path).c_str(), found.width, found.height, frame.width,
+                       frame.height);
     };
     SPLAT_TRY(check(image, image_path));
     SPLAT_TRY(check(mask, mask_path));
     if (image.channels < 3)
-        return damaged("'%s': an image without colours", image_path.string().c_str());
+        return damaged("'%s': an image without colours", os::text_of(image_path).c_str());
     const Planes probability = planes_of(mask);
     SPLAT_ASSIGN(const auto box,
                  in_file(crop_box(frame.box ? *frame.box : foreground_box(probability), frame.width,
                                   frame.height),
-                         mask_path.string()));
+                         os::text_of(mask_path)));
     SPLAT_ASSIGN(const auto square,
                  in_file(principal_square(frame.principal_point, frame.width, frame.height),
-                         image_path.string()));
+                         os::text_of(image_path)));
     half_side = square.half_side;
     return prepare_frame(image, probability, box, square, preparation.size);
 }
@@ -87,20 +89,19 @@ Result<PreparedSequence> prepare_sequence(const Co3dPreparation& preparation,
         made.cameras = stored_cameras(sequence.frames);
         return made;
     }
-    const fs::path file =
-        fs::path(sequence.points).is_relative()
-            ? fs::path(sequence.points)  // otherwise a path of another machine
-            : fs::path(preparation.category) / sequence.name / fs::path(sequence.points).filename();
-    SPLAT_TRY(check_below(file.string()));
+    fs::path file = os::path_of(sequence.points);
+    if (file.has_root_directory())  // a path of another machine
+        file = os::path_of(preparation.category) / sequence.name / file.filename();
+    SPLAT_TRY(check_below(os::text_of(file)));
     SPLAT_ASSIGN(const std::vector<scene::Vec3> points,
-                 read_points((fs::path(preparation.raw) / file).string()));
+                 read_points(os::text_of(os::path_of(preparation.raw) / file)));
     SPLAT_ASSIGN(made.cameras, in_file(normalised_cameras(sequence.frames, points), sequence.name));
     return made;
 }
 
 Status write_array(const fs::path& path, const io::FloatArray& array) {
     SPLAT_ASSIGN(const io::Buffer file, io::write_npy(array));
-    return io::write_new_file(path.string(), file);
+    return io::write_new_file(os::text_of(path), file);
 }
 
 /// Writes the folder of a sequence, whole or not at all.
@@ -118,7 +119,7 @@ Status write_sequence(const fs::path& root, const PathName& name, const Prepared
                 write_array(folder / "camera_R.npy", {{frames, 3, 3}, made.cameras.rotations}));
             SPLAT_TRY(
                 write_array(folder / "camera_T.npy", {{frames, 3}, made.cameras.translations}));
-            return io::write_new_file((folder / "frame_order.txt").string(),
+            return io::write_new_file(os::text_of(folder / "frame_order.txt"),
                                       io::as_bytes(made.order));
         });
 }
@@ -126,27 +127,27 @@ Status write_sequence(const fs::path& root, const PathName& name, const Prepared
 /// The arrays {sequence}/{name}.npy of all sequences in the folder, also of earlier calls, in one file.
 Status collect_cameras(const fs::path& root, const char* name, const char* target) {
     io::NamedTensors tensors;
-    SPLAT_ASSIGN(const std::vector<std::string> sequences, io::folders_in(root.string()));
+    SPLAT_ASSIGN(const std::vector<std::string> sequences, io::folders_in(os::text_of(root)));
     for (const std::string& sequence : sequences) {
         const fs::path path = root / sequence / (std::string(name) + ".npy");
-        SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
+        SPLAT_ASSIGN(const bool is_there, io::has_file(os::text_of(path)));
         if (!is_there) continue;
-        SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string()));
-        SPLAT_ASSIGN(const auto array, in_file(io::read_npy(file), path.string()));
+        SPLAT_ASSIGN(const io::Buffer file, io::read_file(os::text_of(path)));
+        SPLAT_ASSIGN(const auto array, in_file(io::read_npy(file), os::text_of(path)));
         SPLAT_TRY(tensors.add({sequence,
                                {array.shape.begin(), array.shape.end()},
                                io::NumberType::kF32,
                                array.values}));
     }
     SPLAT_ASSIGN(const io::FilePieces file, io::write_npz(tensors));
-    return io::write_file((root / target).string(), file.pieces());
+    return io::write_file(os::text_of(root / target), file.pieces());
 }
 
 Status check_preparation(const Co3dPreparation& preparation) {
     SPLAT_TRY(check_split(preparation.split));
     if (preparation.size == 0 || preparation.size > 4096)
         return invalid("size is %u, expected 1 to 4096", preparation.size);
-    if (preparation.category.empty() || preparation.category.find('/') != std::string::npos)
+    if (!is_name_in_folder(preparation.category))
         return invalid("category is '%s', expected a name such as 'hydrant'",
                        preparation.category.c_str());
     return {};
@@ -160,22 +161,22 @@ Status check_manifest(const Co3dPreparation& preparation, const fs::path& root) 
     json.member("size", preparation.size).member("subset", preparation.subset);
     json.member("stored_poses", preparation.stored_poses).end();
     const std::string expected = json.text() + "\n";
-    SPLAT_ASSIGN(const bool is_begun, io::has_file(path.string()));
+    SPLAT_ASSIGN(const bool is_begun, io::has_file(os::text_of(path)));
     if (!is_begun) {
-        SPLAT_ASSIGN(const std::vector<std::string> sequences, io::folders_in(root.string()));
-        if (sequences.empty()) return io::write_file(path.string(), io::as_bytes(expected));
+        SPLAT_ASSIGN(const std::vector<std::string> sequences, io::folders_in(os::text_of(root)));
+        if (sequences.empty()) return io::write_file(os::text_of(path), io::as_bytes(expected));
         return invalid(
             "'%s' holds sequences, but no prepared.json that tells with which values they "
             "were made, as of an earlier version: use another folder, or remove them",
-            root.string().c_str());
+            os::text_of(root).c_str());
     }
-    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxManifestBytes));
+    SPLAT_ASSIGN(const io::Buffer file, io::read_file(os::text_of(path), kMaxManifestBytes));
     const std::string found(io::as_text(file));
     if (found == expected) return {};
     return invalid(
         "'%s' holds sequences made with other values: %sexpected: %suse another folder, "
         "or the same values to add sequences",
-        root.string().c_str(), found.c_str(), expected.c_str());
+        os::text_of(root).c_str(), found.c_str(), expected.c_str());
 }
 
 }  // namespace
@@ -190,11 +191,11 @@ Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
         sequences.resize(preparation.limit);
     std::set<std::string> folders;
     for (const RawSequence& sequence : sequences)
-        if (!folders.insert(PathName(sequence.name).text()).second)
+        if (!folders.insert(os::one_name(PathName(sequence.name).text())).second)
             return damaged("two sequences would have the folder '%s'",
                            PathName(sequence.name).text().c_str());
-    const fs::path root = fs::path(preparation.out) / ("co3d_" + preparation.category + "_for_gs") /
-                          preparation.split;
+    const fs::path root = os::path_of(preparation.out) /
+                          ("co3d_" + preparation.category + "_for_gs") / preparation.split;
     SPLAT_TRY(io::make_folders(root));
     SPLAT_TRY(check_manifest(preparation, root));
     std::atomic<std::uint32_t> kept{0}, left_out{0};
@@ -202,7 +203,8 @@ Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
     const auto prepare_one = [&](std::size_t i) -> Status {
         const RawSequence& sequence = sequences[i];
         const PathName name(sequence.name);
-        SPLAT_ASSIGN(const bool is_done, io::has_file((root / name / "frame_order.txt").string()));
+        SPLAT_ASSIGN(const bool is_done,
+                     io::has_file(os::text_of(root / name / "frame_order.txt")));
         if (is_done) {
             ++kept;
         } else {

@@ -7,6 +7,7 @@
 
 #include "core/decode_budget.h"
 #include "core/json_tree.h"
+#include "core/os/path.h"
 #include "core/path_name.h"
 #include "core/shown.h"
 #include "data/folder.h"
@@ -204,12 +205,12 @@ Result<std::map<FrameKey, std::size_t>> read_split(const std::string& path,
 Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const std::string& category,
                                                const std::string& subset,
                                                const std::string& split) {
-    const fs::path folder = fs::path(root) / category;
+    const fs::path folder = os::path_of(root) / category;
     SPLAT_ASSIGN(
         const auto places,
-        read_split((folder / "set_lists" / ("set_lists_" + subset + ".json")).string(), split));
+        read_split(os::text_of(folder / "set_lists" / ("set_lists_" + subset + ".json")), split));
     std::map<std::string, RawSequence> sequences;
-    const std::string frames_path = (folder / "frame_annotations.jgz").string();
+    const std::string frames_path = os::text_of(folder / "frame_annotations.jgz");
     SPLAT_ASSIGN(const Annotations frames, read_annotations(frames_path));
     std::size_t found = 0;
     const auto add_frame = [&](const JsonTree& tree) -> Status {
@@ -229,7 +230,7 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
     if (found != places.size())
         return damaged("'%s' has %zu of the %zu frames of the split '%s'", frames_path.c_str(),
                        found, places.size(), split.c_str());
-    const std::string sequences_path = (folder / "sequence_annotations.jgz").string();
+    const std::string sequences_path = os::text_of(folder / "sequence_annotations.jgz");
     SPLAT_ASSIGN(const Annotations file, read_annotations(sequences_path));
     const auto name_sequence = [&](const JsonTree& tree) -> Status {
         SPLAT_ASSIGN(const std::string name, text_at(tree, "sequence_name"));

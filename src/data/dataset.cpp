@@ -110,10 +110,10 @@ void warn_of_gaps(const std::string& path, const DatasetIndex& index, std::uint3
 /// The file as the desc names it, or in the folder of the data.
 std::string list_path(const std::string& file, const std::string& folder) {
     std::error_code none;
-    const std::filesystem::path beside = std::filesystem::path(folder) / file;
+    const std::filesystem::path beside = os::path_of(folder) / file;
     const bool in_folder =
-        !std::filesystem::exists(file, none) && std::filesystem::exists(beside, none);
-    return file.empty() || !in_folder ? file : beside.string();
+        !std::filesystem::exists(os::path_of(file), none) && std::filesystem::exists(beside, none);
+    return file.empty() || !in_folder ? file : os::text_of(beside);
 }
 
 /// Each list belongs to one format.

@@ -8,9 +8,11 @@
 #include "core/log.h"
 #include "core/number_in.h"
 #include "core/os/file.h"
+#include "core/os/path.h"
 #include "data/export_rows.h"
 #include "data/folder.h"
 #include "data/formats.h"
+#include "data/object_lists.h"
 #include "io/compress.h"
 #include "io/file.h"
 #include "tables/store.h"
@@ -22,7 +24,7 @@ namespace fs = std::filesystem;
 using tables::Table;
 
 Status check_name(const char* what, const std::string& name) {
-    if (!name.empty() && name[0] != '.' && name.find('/') == std::string::npos) return {};
+    if (is_folder_name(name)) return {};
     return invalid("%s is '%s', expected the name of a folder", what, name.c_str());
 }
 
@@ -44,7 +46,7 @@ Status check_export(const Dataset& dataset, const ExportDesc& desc) {
 std::string stamp_of(const std::string& name, const fs::path& file) {
     constexpr std::int64_t kSecond = 1'000'000'000;
     os::FileInfo info;
-    const bool known = os::examine(file.string(), info) == 0;
+    const bool known = os::examine(os::text_of(file), info) == 0;
     return format("%s %lld %lld %lld\n", name.c_str(), known ? lld(info.bytes) : -1LL,
                   lld(info.changed_ns / kSecond), lld(info.changed_ns % kSecond));
 }
@@ -58,14 +60,14 @@ Result<std::string> stamps_below(const fs::path& folder, const fs::path& out) {
     for (fs::recursive_directory_iterator entry(folder, links, failed), end;
          !failed && entry != end; entry.increment(failed)) {
         const fs::path& path = entry->path();
-        const bool hidden = path.filename().string().starts_with(".");
+        const bool hidden = os::text_of(path.filename()).starts_with(".");
         if (entry->is_directory(none)) {
             if (hidden || fs::equivalent(path, out, none)) entry.disable_recursion_pending();
         } else if (!hidden) {
-            stamps.push_back(stamp_of(path.lexically_relative(folder).string(), path));
+            stamps.push_back(stamp_of(os::text_of(path.lexically_relative(folder)), path));
         }
     }
-    if (failed) return io::system_error(failed, "list the folder", folder.string());
+    if (failed) return io::system_error(failed, "list the folder", os::text_of(folder));
     std::ranges::sort(stamps);
     return std::accumulate(stamps.begin(), stamps.end(), std::string());
 }
@@ -107,14 +109,16 @@ Result<std::string> ExportRows::source(const std::string& out) {
     for (const std::uint32_t object : objects_)
         crc = io::crc32_of(
             io::as_bytes(format("%s %u\n", name(object).c_str(), index.views_of[object])), crc);
-    for (const fs::path file : index.files)
-        files = io::crc32_of(io::as_bytes(stamp_of(file.filename().string(), file)), files);
+    for (const std::string& file : index.files) {
+        const std::string stamp = stamp_of(file.substr(os::name_start(file)), os::path_of(file));
+        files = io::crc32_of(io::as_bytes(stamp), files);
+    }
     std::string last;  // a store is the folder of all its objects
     for (const std::uint32_t object : objects_) {
         if (index.folders[object] == last) continue;
         SPLAT_TRY(advance(0));
         last = index.folders[object];
-        SPLAT_ASSIGN(const std::string stamps, stamps_below(last, out));
+        SPLAT_ASSIGN(const std::string stamps, stamps_below(os::path_of(last), os::path_of(out)));
         files = io::crc32_of(io::as_bytes(stamps), files);
     }
     std::string text =

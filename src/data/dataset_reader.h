@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/no_copy.h"
+#include "core/os/path.h"
 #include "core/status.h"
 #include "data/resample.h"
 #include "io/image.h"
@@ -222,7 +223,7 @@ class ObjectsReader : public DatasetReader {
     /// DatasetIndex::take(); `add` also adds to objects_.
     Status take(const std::string& name, const std::filesystem::path& folder,
                 const std::function<Result<bool>()>& add) {
-        SPLAT_TRY(index_.take(desc_, name, folder.string(), add));
+        SPLAT_TRY(index_.take(desc_, name, os::text_of(folder), add));
         objects_.resize(index_.names.size());
         return {};
     }

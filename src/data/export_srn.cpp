@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "core/log.h"
+#include "core/os/path.h"
 #include "core/path_name.h"
 #include "core/shown.h"
 #include "data/export_rows.h"
@@ -25,7 +26,7 @@ Status write_image(ExportRows& rows, std::uint32_t object, std::uint32_t view, T
     const io::Image image{
         side, side, tables::kind_of(map).channels, 8, {pixels->begin(), pixels->end()}};
     SPLAT_ASSIGN(const io::Buffer file, io::write_png(image, io::PngEffort::kFast));
-    return io::write_new_file(path.string(), file);
+    return io::write_new_file(os::text_of(path), file);
 }
 
 std::string view_name(std::int64_t frame) {
@@ -54,9 +55,9 @@ Status write_srn_files(ExportRows& rows, std::uint32_t object, const fs::path& f
     SPLAT_TRY(io::make_folders(folder / "pose"));
     for (std::size_t view = 0; view < cameras.frames.size(); ++view)
         SPLAT_TRY(io::write_new_file(
-            (folder / "pose" / (view_name(cameras.frames[view]) + ".txt")).string(),
+            os::text_of(folder / "pose" / (view_name(cameras.frames[view]) + ".txt")),
             io::as_bytes(cameras.text.views[view].pose)));
-    return io::write_new_file((folder / "intrinsics.txt").string(),
+    return io::write_new_file(os::text_of(folder / "intrinsics.txt"),
                               io::as_bytes(cameras.text.intrinsics));
 }
 
@@ -78,7 +79,7 @@ Status write_image_files(ExportRows& rows, std::uint32_t object, const fs::path&
                            side / 2.0, pose});
     }
     SPLAT_ASSIGN(const io::Buffer file, io::write_transforms_json(cameras));
-    return io::write_new_file((folder / "transforms.json").string(), file);
+    return io::write_new_file(os::text_of(folder / "transforms.json"), file);
 }
 
 using WriteFiles = Status (*)(ExportRows& rows, std::uint32_t object, const fs::path& folder);
@@ -86,14 +87,14 @@ using WriteFiles = Status (*)(ExportRows& rows, std::uint32_t object, const fs::
 /// The folder of an object appears whole or not at all.
 Status export_object(ExportRows& rows, std::uint32_t object, const fs::path& folder,
                      const PathName& name, WriteFiles write_files) {
-    SPLAT_ASSIGN(const io::PathKind there, io::kind_of((folder / name).string()));
+    SPLAT_ASSIGN(const io::PathKind there, io::kind_of(os::text_of(folder / name)));
     if (there != io::PathKind::kNothing)
         return rows.advance(rows.dataset().index().views_of[object] * (rows.maps().size() + 1));
     return io::write_folder(folder / name, folder / ("." + name.text() + ".tmp"),
                             [&](const fs::path& to) { return write_files(rows, object, to); });
 }
 
-/// The folders of the objects. Errors: kFormat if two would have one.
+/// The folders of the objects. Errors: kFormat if two would have one, as "A" and "a" on systems that ignore case.
 Result<std::vector<PathName>> folder_names(const ExportRows& rows) {
     std::vector<PathName> names;
     std::map<std::string, std::string> used;
@@ -101,7 +102,7 @@ Result<std::vector<PathName>> folder_names(const ExportRows& rows) {
     for (const std::uint32_t object : rows.objects()) {
         const std::string& name = rows.name(object);
         names.emplace_back(name);
-        const auto [other, fresh] = used.emplace(names.back().text(), name);
+        const auto [other, fresh] = used.emplace(os::one_name(names.back().text()), name);
         if (!fresh)
             return damaged("the objects '%s' and '%s' would have the same folder '%s'",
                            shown(other->second).c_str(), shown(name).c_str(),
@@ -118,9 +119,9 @@ Status export_folders(ExportRows& rows, const ExportDesc& desc, const fs::path& 
                       WriteFiles write_files) {
     SPLAT_ASSIGN(const std::vector<PathName> names, folder_names(rows));
     SPLAT_ASSIGN(std::string source, rows.source(desc.path));
-    SPLAT_ASSIGN(
-        const tables::Journal journal,
-        tables::Journal::of_export(desc.path, desc.split, std::move(source), {folder.string()}));
+    SPLAT_ASSIGN(const tables::Journal journal,
+                 tables::Journal::of_export(desc.path, desc.split, std::move(source),
+                                            {os::text_of(folder)}));
     SPLAT_TRY(io::make_folders(folder));
     for (std::size_t i = 0; i < names.size(); ++i)
         SPLAT_TRY(export_object(rows, rows.objects()[i], folder, names[i], write_files));
@@ -132,12 +133,12 @@ Status export_folders(ExportRows& rows, const ExportDesc& desc, const fs::path& 
 Status export_srn(ExportRows& rows, const ExportDesc& desc) {
     return export_folders(
         rows, desc,
-        fs::path(desc.path) / ("srn_" + desc.category) / (desc.category + "_" + desc.split),
+        os::path_of(desc.path) / ("srn_" + desc.category) / (desc.category + "_" + desc.split),
         write_srn_files);
 }
 
 Status export_images(ExportRows& rows, const ExportDesc& desc) {
-    return export_folders(rows, desc, fs::path(desc.path) / desc.split, write_image_files);
+    return export_folders(rows, desc, os::path_of(desc.path) / desc.split, write_image_files);
 }
 
 }  // namespace splat::data

@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "core/log.h"
+#include "core/os/path.h"
 #include "data/export_rows.h"
 #include "data/folder.h"
 #include "io/file.h"
@@ -145,9 +146,9 @@ Status write_card(ExportRows& rows, const ExportDesc& desc, const std::vector<Ta
 }  // namespace
 
 Status export_tables(ExportRows& rows, const ExportDesc& desc) {
-    SPLAT_TRY(io::make_folders(desc.path));
+    SPLAT_TRY(io::make_folders(os::path_of(desc.path)));
     std::error_code failed;
-    const std::string root = fs::canonical(desc.path, failed).string();
+    const std::string root = os::text_of(fs::canonical(os::path_of(desc.path), failed));
     SPLAT_ASSIGN(const auto session, tables::Session::open(desc.library, {desc.path, root}));
     std::vector<Table> all = {Table::kIntrinsics, Table::kPoses};
     for (const Table map : rows.maps()) all.push_back(map);

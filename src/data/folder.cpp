@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/os/path.h"
 #include "io/file.h"
 #include "io/photo/image_file.h"
 #include "scene/camera_pose.h"
@@ -17,12 +18,12 @@ namespace {
 Result<std::vector<std::string>> names_in(const fs::path& folder,
                                           bool (*wanted)(const fs::path&, const std::string&),
                                           const std::string& argument) {
-    const auto entries = io::entries_in(folder.string());
+    const auto entries = io::entries_in(os::text_of(folder));
     if (entries.status().code() == Code::kNotFound) return std::vector<std::string>();
     if (!entries.ok()) return entries.status();
     std::vector<std::string> names;
     for (const io::FolderEntry& entry : entries.value())
-        if (wanted(entry.name, argument)) names.push_back(entry.name);
+        if (wanted(os::path_of(entry.name), argument)) names.push_back(entry.name);
     return names;
 }
 
@@ -30,7 +31,7 @@ Result<std::vector<std::string>> names_in(const fs::path& folder,
 
 Result<std::vector<std::string>> stems_in(const fs::path& folder, const std::string& extension) {
     const auto has_extension = [](const fs::path& name, const std::string& wanted) {
-        return name.extension() == wanted;
+        return os::text_of(name.extension()) == wanted;
     };
     SPLAT_ASSIGN(std::vector<std::string> names, names_in(folder, has_extension, extension));
     for (std::string& name : names) name.resize(name.size() - extension.size());
@@ -43,7 +44,7 @@ Status as_damage(const Status& status) {
 
 Status check_link(io::PathKind kind, const fs::path& path) {
     if (kind != io::PathKind::kBrokenLink) return {};
-    return damaged("'%s' is a link to what does not exist", path.string().c_str());
+    return damaged("'%s' is a link to what does not exist", os::text_of(path).c_str());
 }
 
 Status check_split(const std::string& split) {
@@ -53,13 +54,13 @@ Status check_split(const std::string& split) {
 
 Result<std::vector<std::string>> images_in(const fs::path& folder) {
     const auto is_image = [](const fs::path& name, const std::string& /*none*/) {
-        return io::is_image_name(name.string());
+        return io::is_image_name(os::text_of(name));
     };
     return names_in(folder, is_image, {});
 }
 
 Result<std::vector<std::string>> candidates_in(const fs::path& folder) {
-    SPLAT_ASSIGN(const std::vector<io::FolderEntry> entries, io::entries_in(folder.string()));
+    SPLAT_ASSIGN(const std::vector<io::FolderEntry> entries, io::entries_in(os::text_of(folder)));
     std::vector<std::string> names;
     for (const io::FolderEntry& entry : entries)
         if (entry.kind == io::PathKind::kFolder || entry.kind == io::PathKind::kBrokenLink)
@@ -86,7 +87,7 @@ Result<io::Image> load_square(const fs::path& path, bool header_only) {
 }
 
 Result<io::Image> load_bytes(const fs::path& path, const io::ImageOptions& options) {
-    SPLAT_ASSIGN(io::Image found, io::load_image(path.string(), options));
+    SPLAT_ASSIGN(io::Image found, io::load_image(os::text_of(path), options));
     return reduced_to_bytes(std::move(found));
 }
 

@@ -8,6 +8,8 @@
 
 #include "core/json_tree.h"
 #include "core/log.h"
+#include "core/os/path.h"
+#include "core/path_name.h"
 #include "core/shown.h"
 #include "data/folder.h"
 #include "data/formats.h"
@@ -23,14 +25,15 @@ namespace splat::data {
 namespace fs = std::filesystem;
 
 Result<std::string> image_path(const fs::path& folder, const std::string& name) {
+    SPLAT_TRY(in_file(check_portable(name), os::text_of(folder)));
     for (const char* below : {"", "images"})
         for (const char* extension : {"", ".png", ".jpg", ".jpeg", ".webp", ".pgm", ".ppm"}) {
             const fs::path path = folder / below / (name + extension);
-            SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
-            if (is_there) return path.string();
+            SPLAT_ASSIGN(const bool is_there, io::has_file(os::text_of(path)));
+            if (is_there) return os::text_of(path);
         }
-    return not_found("'%s': there is no image '%s', here or in images/", folder.string().c_str(),
-                     shown(name).c_str());
+    return not_found("'%s': there is no image '%s', here or in images/",
+                     os::text_of(folder).c_str(), shown(name).c_str());
 }
 
 namespace {
@@ -45,7 +48,7 @@ Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
     const std::string* const name = frames.front()["file_path"].text();
     if (name == nullptr) return damaged("frame 0 has no file_path");
     SPLAT_ASSIGN(const std::string path, image_path(folder, *name));
-    return load_bytes(path, {.header_only = true});
+    return load_bytes(os::path_of(path), {.header_only = true});
 }
 
 /// Pixels; 0: not known.
@@ -59,8 +62,8 @@ Result<double> exif_focal(const fs::path& folder, const std::string& name) {
 
 Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& file,
                                       io::CameraOptions options) {
-    SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(file.string(), kMaxCameraBytes));
-    const auto first = in_file(first_image(folder, io::as_text(bytes)), file.string());
+    SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(os::text_of(file), kMaxCameraBytes));
+    const auto first = in_file(first_image(folder, io::as_text(bytes)), os::text_of(file));
     Status unreadable;
     options.focal = [&](const std::string& name) {
         const auto focal = exif_focal(folder, name);
@@ -71,7 +74,7 @@ Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& fi
     auto cameras = io::read_transforms_json(bytes, size.width, size.height, options);
     SPLAT_TRY(unreadable);
     if (cameras.ok()) return cameras;
-    return first.ok() ? in_file(cameras.status(), file.string()) : first.status();
+    return first.ok() ? in_file(cameras.status(), os::text_of(file)) : first.status();
 }
 
 namespace {
@@ -92,9 +95,9 @@ using FolderPhotos = std::vector<FolderPhoto>;
 Result<bool> has_any(const fs::path& folder, std::vector<std::string> files) {
     for (const char* model : io::kColmapFolders)
         for (const char* file : {"cameras.bin", "cameras.txt"})
-            files.push_back((fs::path(model) / file).string());
+            files.push_back(os::text_of(os::path_of(model) / file));
     return io::holds_for_any(files, [&folder](const std::string& name) {
-        return io::has_file((folder / name).string());
+        return io::has_file(os::text_of(folder / name));
     });
 }
 
@@ -109,7 +112,7 @@ Result<bool> has_cameras_of(const fs::path& folder, const std::string& split) {
 
 /// Some folder in it has cameras.
 Result<bool> has_objects(const fs::path& folder) {
-    const auto names = io::folders_in(folder.string());
+    const auto names = io::folders_in(os::text_of(folder));
     if (names.status().code() == Code::kNotFound) return false;
     if (!names.ok()) return names.status();
     return io::holds_for_any(
@@ -123,15 +126,16 @@ std::vector<std::string> transforms_names(const std::string& split) {
 
 Result<io::CameraSet> load_cameras(const fs::path& folder, const std::string& split) {
     for (const std::string& name : transforms_names(split)) {
-        SPLAT_ASSIGN(const bool is_there, io::has_file((folder / name).string()));
+        SPLAT_ASSIGN(const bool is_there, io::has_file(os::text_of(folder / name)));
         if (!is_there) continue;
         auto cameras = load_transforms(folder, folder / name);
         if (!cameras.ok()) return cameras;
         for (const std::string& warning : cameras.value().warnings)
-            log(LogLevel::kWarning, format("'%s': %s", (folder / name).c_str(), warning.c_str()));
+            log(LogLevel::kWarning,
+                format("'%s': %s", os::text_of(folder / name).c_str(), warning.c_str()));
         return cameras;
     }
-    return io::load_colmap(folder.string());
+    return io::load_colmap(os::text_of(folder));
 }
 
 /// A camera with the maps that its file names.
@@ -167,12 +171,13 @@ Result<std::array<std::string, 4>> named_maps(const fs::path& folder, const io::
     for (const auto& [kind, name] :
          {std::pair{MapKind::kMask, &maps.mask}, {MapKind::kDepth, &maps.depth}}) {
         if (name->empty()) continue;
+        SPLAT_TRY(in_file(check_portable(*name), os::text_of(folder)));
         const fs::path path = folder / *name;
-        SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
+        SPLAT_ASSIGN(const bool is_there, io::has_file(os::text_of(path)));
         if (!is_there)
-            return not_found("'%s': there is no %s map '%s'", folder.string().c_str(),
+            return not_found("'%s': there is no %s map '%s'", os::text_of(folder).c_str(),
                              map_name(kind), shown(*name).c_str());
-        paths[static_cast<std::size_t>(kind)] = path.string();
+        paths[static_cast<std::size_t>(kind)] = os::text_of(path);
     }
     return paths;
 }
@@ -222,7 +227,7 @@ Result<FolderPhoto> photograph_of(const fs::path& folder, const ListedCamera& li
 /// The folder that holds the objects: one of the split's name, if that or another split's does.
 Result<fs::path> root_of_split(const fs::path& folder, const std::string& split) {
     SPLAT_ASSIGN(const bool is_object, has_cameras(folder));
-    SPLAT_ASSIGN(const io::PathKind below, io::kind_of((folder / split).string()));
+    SPLAT_ASSIGN(const io::PathKind below, io::kind_of(os::text_of(folder / split)));
     SPLAT_TRY(check_link(below, folder / split));
     if (is_object || below != io::PathKind::kFolder) return folder;
     SPLAT_ASSIGN(const bool has_splits,
@@ -258,7 +263,7 @@ bool lies_outside(const fs::path& path, const fs::path& folder) {
 std::string name_of(const fs::path& folder) {
     std::error_code failed;
     const fs::path whole = fs::absolute(folder, failed).lexically_normal();
-    return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+    return os::text_of((whole.has_filename() ? whole : whole.parent_path()).filename());
 }
 
 class ImageFolderReader : public ObjectsReader<FolderPhotos> {
@@ -267,8 +272,9 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         : ObjectsReader("images", desc, Filter::kLanczos) {}
 
     Status open() {
-        SPLAT_ASSIGN(const fs::path root, root_of_split(desc_.path, desc_.split));
-        index_.has_splits = root != desc_.path;
+        const fs::path given = os::path_of(desc_.path);
+        SPLAT_ASSIGN(const fs::path root, root_of_split(given, desc_.split));
+        index_.has_splits = root != given;
         SPLAT_ASSIGN(const std::vector<fs::path> folders, objects_in(root));
         // What cannot be read, take() refuses, and in a split's own folder what has no cameras.
         const auto may = [](const Result<bool>& found) { return !found.ok() || found.value(); };
@@ -278,14 +284,14 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
             const auto posed = has_cameras(folder);
             if (posed.ok() && posed.value()) with_cameras.push_back(folder);
             is_there = is_there || may(has_cameras_of(folder, desc_.split)) ||
-                       !io::entries_in(folder.string()).ok() ||
+                       !io::entries_in(os::text_of(folder)).ok() ||
                        (index_.has_splits && may(has_pictures(folder)));
         }
         if (!is_there)
             return no_split(desc_,
                             not_found("'%s' holds neither transforms.json nor transforms_%s.json "
                                       "nor a COLMAP model",
-                                      root.string().c_str(), desc_.split.c_str()));
+                                      os::text_of(root).c_str(), desc_.split.c_str()));
         if (!index_.has_splits) find_splits(with_cameras);
         for (const fs::path& folder : folders) {
             if (is_full()) break;
@@ -295,7 +301,7 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         for (const std::string& name : of_other_splits_) std::erase(index_.others, name);
         if (objects_.empty() && !of_other_splits_.empty())
             return no_split(desc_, not_found("'%s' lists no frames as %s_filenames",
-                                             root.string().c_str(), desc_.split.c_str()));
+                                             os::text_of(root).c_str(), desc_.split.c_str()));
         return index_.find_resolution(*this, desc_.lenient);
     }
 
@@ -307,32 +313,34 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
 
     /// Reads the points of a COLMAP model; empty if a transforms file gives the cameras.
     [[nodiscard]] Result<std::vector<scene::Vec3>> points(std::uint32_t object) const override {
-        const fs::path folder = index_.folders[object];
+        const fs::path folder = os::path_of(index_.folders[object]);
         for (const std::string& name : transforms_names(index_.split)) {
-            SPLAT_ASSIGN(const bool is_there, io::has_file((folder / name).string()));
+            SPLAT_ASSIGN(const bool is_there, io::has_file(os::text_of(folder / name)));
             if (is_there) return std::vector<scene::Vec3>();
         }
-        SPLAT_ASSIGN(io::ColoredPoints found, io::load_colmap_points(folder.string()));
+        SPLAT_ASSIGN(io::ColoredPoints found, io::load_colmap_points(os::text_of(folder)));
         return std::move(found.positions);
     }
 
     [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
                                           bool header_only) const override {
         const FolderPhoto& photo = objects_[object][view];
-        fs::path path =
-            kind == MapKind::kRgb ? photo.path : photo.maps[static_cast<std::size_t>(kind)];
+        fs::path path = os::path_of(
+            kind == MapKind::kRgb ? photo.path : photo.maps[static_cast<std::size_t>(kind)]);
         const DepthNumbers numbers =
             path.empty() ? DepthNumbers::kNearness : DepthNumbers::kDistance;
         if (path.empty())
-            SPLAT_SET(path, map_file(photo.folder, kind, fs::path(photo.path).stem().string()));
+            SPLAT_SET(path,
+                      map_file(photo.folder, kind, os::text_of(os::path_of(photo.path).stem())));
         const auto load = [&](const io::ImageOptions& options) {
             return kind == MapKind::kRgb ? load_bytes(path, options)
                                          : load_map(path, kind, options, numbers);
         };
         SPLAT_ASSIGN(io::Image whole, load({.header_only = true}));
         if (whole.width != photo.width || whole.height != photo.height)
-            return damaged("'%s': %u x %u pixels, its camera has %u x %u", path.string().c_str(),
-                           whole.width, whole.height, photo.width, photo.height);
+            return damaged("'%s': %u x %u pixels, its camera has %u x %u",
+                           os::text_of(path).c_str(), whole.width, whole.height, photo.width,
+                           photo.height);
         io::Image square{photo.side, photo.side, whole.channels, 8, {}};
         if (header_only) return square;
         SPLAT_ASSIGN(whole, load({}));
@@ -351,7 +359,7 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
     void find_splits(const std::vector<fs::path>& folders) {
         const std::string name = "transforms_" + desc_.split + ".json";
         const auto has = [&name](const fs::path& folder) {
-            const auto own = io::has_file((folder / name).string());
+            const auto own = io::has_file(os::text_of(folder / name));
             return own.ok() && own.value();
         };
         const auto without = std::ranges::find_if_not(folders, has);
@@ -360,17 +368,17 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
             log(LogLevel::kWarning,
                 format("'%s' has no %s, which other objects have; the data set counts as one "
                        "without splits",
-                       without->c_str(), name.c_str()));
+                       os::text_of(*without).c_str(), name.c_str()));
     }
 
     Result<bool> add(const fs::path& folder, const std::string& name) {
-        SPLAT_TRY(io::entries_in(folder.string()).status());
+        SPLAT_TRY(io::entries_in(os::text_of(folder)).status());
         SPLAT_ASSIGN(const bool is_posed, has_cameras(folder));
         SPLAT_ASSIGN(const bool is_pictured, has_pictures(folder));
         if (!is_posed && !is_pictured) return false;
         if (!is_posed)
             return damaged("'%s' has pictures, but neither transforms.json nor a COLMAP model",
-                           folder.string().c_str());
+                           os::text_of(folder).c_str());
         SPLAT_ASSIGN(const io::CameraSet set, load_cameras(folder, desc_.split));
         if (!set.splits.empty()) index_.has_splits = true;
         const auto own = set.splits.find(desc_.split);
@@ -378,7 +386,8 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
             of_other_splits_.push_back(name);
             return false;
         }
-        SPLAT_ASSIGN(const auto listed, in_file(listed_cameras(set, desc_.split), folder.string()));
+        SPLAT_ASSIGN(const auto listed,
+                     in_file(listed_cameras(set, desc_.split), os::text_of(folder)));
         FolderPhotos photos;
         ViewNames names;
         std::vector<std::string> problems;
@@ -393,17 +402,17 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
             photos.push_back(std::move(photo.value()));
             crop.add(photos.back().width, photos.back().height, photos.back().side);
             names.cameras.push_back(camera.camera.name);
-            if (lies_outside(photos.back().path, folder))
+            if (lies_outside(os::path_of(photos.back().path), folder))
                 index_.files.push_back(photos.back().path);
         }
         names.images = names.cameras;
-        SPLAT_TRY(index_.add(name, folder.string(), names, desc_.lenient).status());
+        SPLAT_TRY(index_.add(name, os::text_of(folder), names, desc_.lenient).status());
         objects_.push_back(photos);
         index_.problems.back().insert(index_.problems.back().end(), problems.begin(),
                                       problems.end());
         std::vector<std::string> stems;
         for (const FolderPhoto& photo : objects_.back())
-            stems.push_back(fs::path(photo.path).stem().string());
+            stems.push_back(os::text_of(os::path_of(photo.path).stem()));
         SPLAT_ASSIGN(const std::uint32_t given, maps_named_by_all(objects_.back()));
         SPLAT_TRY(find_map_files(folder, stems, desc_.lenient, index_, given));
         index_.crop = crop;
@@ -416,18 +425,19 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
 }  // namespace
 
 Result<bool> is_image_folder(const std::string& path) {
-    SPLAT_ASSIGN(const bool is_object, has_cameras(path));
+    SPLAT_ASSIGN(const bool is_object, has_cameras(os::path_of(path)));
     if (is_object) return true;
     return io::holds_for_any({"", "train", "val", "test"}, [&path](const std::string& name) {
-        return has_objects(fs::path(path) / name);
+        return has_objects(os::path_of(path) / name);
     });
 }
 
 std::string lack_of_cameras(const std::string& path) {
-    std::vector<fs::path> places = {path, fs::path(path) / "images"};
-    const auto names = candidates_in(path);
+    const fs::path folder = os::path_of(path);
+    std::vector<fs::path> places = {folder, folder / "images"};
+    const auto names = candidates_in(folder);
     for (const std::string& name : names.ok() ? names.value() : std::vector<std::string>())
-        for (const fs::path& place : {fs::path(path) / name, fs::path(path) / name / "images"})
+        for (const fs::path& place : {folder / name, folder / name / "images"})
             places.push_back(place);
     for (const fs::path& place : places) {
         const auto pictures = images_in(place);
@@ -437,13 +447,13 @@ std::string lack_of_cameras(const std::string& path) {
                 "transforms.json (as NeRF's), or a COLMAP model (cameras.bin and images.bin, or "
                 "as .txt; also in sparse/0 or sparse), beside them or beside images/. COLMAP finds "
                 "the cameras of photographs of one scene; docs/your-data.md has the commands",
-                place.string().c_str(), pictures.value().size());
+                os::text_of(place).c_str(), pictures.value().size());
     }
     for (const fs::path& place : places) {
-        const auto entries = io::entries_in(place.string());
+        const auto entries = io::entries_in(os::text_of(place));
         if (!entries.ok()) continue;
         for (const io::FolderEntry& entry : entries.value()) {
-            const std::string file = (place / entry.name).string();
+            const std::string file = os::text_of(place / entry.name);
             const std::string other =
                 io::has_extension(file, {".heic", ".heif", ".avif", ".tif", ".tiff", ".jxl"})
                     ? io::unread_image_file(file)

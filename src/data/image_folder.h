@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "core/os/path.h"
 #include "io/camera_set.h"
 
 namespace splat::data {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "core/os/path.h"
 #include "data/folder.h"
 #include "io/file.h"
 #include "io/folder.h"
@@ -27,9 +28,9 @@ std::vector<std::string> folder_names(MapKind kind) {
 
 /// The stem of the view that a map belongs to.
 std::string stem_of(const std::string& file, const std::set<std::string>& views) {
-    const fs::path stem = fs::path(file).stem();
-    const std::string inner = stem.stem().string();
-    return !views.contains(stem.string()) && views.contains(inner) ? inner : stem.string();
+    const fs::path stem = os::path_of(file).stem();
+    const std::string inner = os::text_of(stem.stem());
+    return !views.contains(os::text_of(stem)) && views.contains(inner) ? inner : os::text_of(stem);
 }
 
 /// Stems of the maps of a kind, sorted. Other files are noted.
@@ -39,9 +40,9 @@ Result<std::vector<std::string>> stems_of_maps(const fs::path& folder, MapKind k
     const std::set<std::string> known(views.begin(), views.end());
     std::vector<std::string> found;
     for (const std::string& name : folder_names(kind)) {
-        const auto entries = io::entries_in((folder / name).string());
+        const auto entries = io::entries_in(os::text_of(folder / name));
         if (entries.status().code() == Code::kNotFound) {
-            SPLAT_ASSIGN(const io::PathKind there, io::kind_of((folder / name).string()));
+            SPLAT_ASSIGN(const io::PathKind there, io::kind_of(os::text_of(folder / name)));
             SPLAT_TRY(check_link(there, folder / name));
             continue;
         }
@@ -50,7 +51,7 @@ Result<std::vector<std::string>> stems_of_maps(const fs::path& folder, MapKind k
             if (is_map_name(entry.name))
                 found.push_back(stem_of(entry.name, known));
             else
-                index.add_unread((folder / name / entry.name).string());
+                index.add_unread(os::text_of(folder / name / entry.name));
         }
     }
     std::ranges::sort(found);
@@ -114,7 +115,7 @@ Result<io::Image> in_bytes(io::Image image, MapKind kind, DepthNumbers numbers) 
 Result<io::Image> load_numbers(const fs::path& path, MapKind kind, const io::ImageOptions& options,
                                DepthNumbers numbers) {
     constexpr std::uint64_t kHeaderBytes = 4096;
-    SPLAT_ASSIGN(const auto source, io::open_source(path.string()));
+    SPLAT_ASSIGN(const auto source, io::open_source(os::text_of(path)));
     io::Buffer file(options.header_only ? std::min(kHeaderBytes, source->size()) : source->size());
     SPLAT_TRY(source->read(0, file));
     SPLAT_ASSIGN(io::NumberImage found,
@@ -164,7 +165,7 @@ Result<io::NumberImage> load_values(const std::string& path, std::uint32_t width
 Result<std::string> map_of(const fs::path& folder, const std::string& name) {
     for (const fs::path& base : {folder / name, (folder / name).replace_extension()})
         for (const char* const ending : {".npy", ".pfm", ".png"}) {
-            std::string path = base.string() + ending;
+            std::string path = os::text_of(base) + ending;
             SPLAT_ASSIGN(const bool is_there, io::has_file(path));
             if (is_there) return path;
         }
@@ -217,8 +218,8 @@ Status find_photo_maps(const PosedPhotosOptions& options, const std::vector<std:
         std::vector<std::string> missing;
         for (const std::string& name : names) {
             if (folder->empty()) break;
-            SPLAT_ASSIGN(const std::string path, map_of(*folder, name));
-            if (path.empty()) missing.push_back((fs::path(*folder) / name).string());
+            SPLAT_ASSIGN(const std::string path, map_of(os::path_of(*folder), name));
+            if (path.empty()) missing.push_back(os::text_of(os::path_of(*folder) / name));
         }
         if (!missing.empty())
             return not_found(
@@ -232,14 +233,14 @@ Status find_photo_maps(const PosedPhotosOptions& options, const std::vector<std:
 Status read_photo_maps(const PosedPhotosOptions& options, const std::string& name,
                        PosedPhoto& photo) {
     if (!options.depth.empty()) {
-        SPLAT_ASSIGN(const std::string path, map_of(options.depth, name));
+        SPLAT_ASSIGN(const std::string path, map_of(os::path_of(options.depth), name));
         SPLAT_SET(photo.nearness,
                   load_nearness(path, photo.width, photo.height,
                                 options.depth_is_distance ? DepthNumbers::kDistance
                                                           : DepthNumbers::kNearness));
     }
     if (!options.normals.empty()) {
-        SPLAT_ASSIGN(const std::string path, map_of(options.normals, name));
+        SPLAT_ASSIGN(const std::string path, map_of(os::path_of(options.normals), name));
         SPLAT_SET(photo.normals, load_normals(path, photo.width, photo.height));
     }
     return {};
@@ -254,13 +255,14 @@ Status find_map_files(const fs::path& folder, const std::vector<std::string>& st
         SPLAT_ASSIGN(std::vector<std::string> found, stems_of_maps(folder, kind, expected, index));
         const auto twin = std::ranges::adjacent_find(found);
         if (found.empty()) {
-            index.add_lacking(kind, (folder / map_name(kind)).string());
+            index.add_lacking(kind, os::text_of(folder / map_name(kind)));
             continue;
         }
-        const Status same = twin == found.end()
-                                ? check_same(folder.string(), map_name(kind), expected, found)
-                                : damaged("'%s': two files are the %s of view '%s'; remove one",
-                                          folder.string().c_str(), map_name(kind), twin->c_str());
+        const Status same =
+            twin == found.end()
+                ? check_same(os::text_of(folder), map_name(kind), expected, found)
+                : damaged("'%s': two files are the %s of view '%s'; remove one",
+                          os::text_of(folder).c_str(), map_name(kind), twin->c_str());
         if (!same.ok() && !lenient) return same;
         if (!same.ok()) index.problems.back().push_back(same.message());
     }
@@ -270,36 +272,36 @@ Status find_map_files(const fs::path& folder, const std::vector<std::string>& st
 Result<fs::path> map_file(const fs::path& folder, MapKind kind, const std::string& stem) {
     for (const std::string& name : folder_names(kind)) {
         fs::path usual = folder / name / (stem + ".png");
-        SPLAT_ASSIGN(const bool is_usual, io::has_file(usual.string()));
+        SPLAT_ASSIGN(const bool is_usual, io::has_file(os::text_of(usual)));
         if (is_usual) return usual;
     }
     fs::path by_name;  // "a.jpg.png" of the view "a.jpg"
     for (const std::string& name : folder_names(kind)) {
-        const auto entries = io::entries_in((folder / name).string());
+        const auto entries = io::entries_in(os::text_of(folder / name));
         if (entries.status().code() == Code::kNotFound) continue;
         if (!entries.ok()) return entries.status();
         for (const io::FolderEntry& entry : entries.value()) {
             if (!is_map_name(entry.name)) continue;
-            const fs::path own = fs::path(entry.name).stem();
-            if (own == stem) return folder / name / entry.name;
-            if (own.stem() == stem) by_name = folder / name / entry.name;
+            const fs::path own = os::path_of(entry.name).stem();
+            if (os::text_of(own) == stem) return folder / name / entry.name;
+            if (os::text_of(own.stem()) == stem) by_name = folder / name / entry.name;
         }
     }
     if (!by_name.empty()) return by_name;
-    return not_found("'%s' has no map '%s'", (folder / map_name(kind)).string().c_str(),
+    return not_found("'%s' has no map '%s'", os::text_of(folder / map_name(kind)).c_str(),
                      stem.c_str());
 }
 
 Result<io::Image> load_map(const fs::path& path, MapKind kind, const io::ImageOptions& options,
                            DepthNumbers numbers) {
-    if (io::is_number_name(path.string())) {
+    if (io::is_number_name(os::text_of(path))) {
         auto map = load_numbers(path, kind, options, numbers);
         const Code code = map.status().code();
         if (code == Code::kFormat || code == Code::kUnsupported)
-            return in_file(map.status(), path.string());
+            return in_file(map.status(), os::text_of(path));
         return map;
     }
-    SPLAT_ASSIGN(io::Image image, io::load_image(path.string(), options));
+    SPLAT_ASSIGN(io::Image image, io::load_image(os::text_of(path), options));
     return in_bytes(std::move(image), kind, numbers);
 }
 
@@ -307,11 +309,11 @@ Result<bool> FilesReader::add(const fs::path& folder, const std::string& name,
                               const ViewNames& names, const std::string& before,
                               const std::string& after) {
     SPLAT_ASSIGN(const std::vector<std::string> views,
-                 index_.add(name, folder.string(), names, desc_.lenient));
+                 index_.add(name, os::text_of(folder), names, desc_.lenient));
     FilesObject& object = objects_.emplace_back(FilesObject{folder, {}, {}});
     for (const std::string& view : views) {
         object.images.push_back(before + view + after);
-        object.stems.push_back(fs::path(object.images.back()).stem().string());
+        object.stems.push_back(os::text_of(os::path_of(object.images.back()).stem()));
     }
     SPLAT_TRY(find_map_files(folder, object.stems, desc_.lenient, index_));
     return true;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "data/dataset_reader.h"
 #include "data/posed_photos.h"
 

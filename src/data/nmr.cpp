@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "core/shown.h"
 #include "data/folder.h"
 #include "data/map_files.h"
@@ -66,7 +67,7 @@ class NmrReader : public FilesReader {
     }
 
     [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
-        const std::string path = (objects_[object].folder / "cameras.npz").string();
+        const std::string path = os::text_of(objects_[object].folder / "cameras.npz");
         SPLAT_ASSIGN(const auto source, io::open_source(path));
         SPLAT_ASSIGN(const auto file, in_file(io::read_npz(*source), path));
         std::vector<StoredView> views;
@@ -81,16 +82,16 @@ class NmrReader : public FilesReader {
   private:
     /// The lists of a split, of all categories.
     Status add_categories() {
-        SPLAT_ASSIGN(const std::vector<std::string> names, candidates_in(desc_.path));
+        SPLAT_ASSIGN(const std::vector<std::string> names, candidates_in(os::path_of(desc_.path)));
         std::vector<std::string> without;  // a list of this split, but not of others
         for (const std::string& category : names) {
-            const fs::path folder = fs::path(desc_.path) / category;
+            const fs::path folder = os::path_of(desc_.path) / category;
             std::vector<std::string> lists;
             const auto has = [&lists](const std::string& split) {
                 return std::ranges::find(lists, "softras_" + split) != lists.end();
             };
             const auto find_lists = [&]() -> Result<bool> {
-                SPLAT_TRY(io::entries_in(folder.string()).status());
+                SPLAT_TRY(io::entries_in(os::text_of(folder)).status());
                 SPLAT_ASSIGN(lists, stems_in(folder, ".lst"));
                 return has("train") || has("val") || has("test");
             };
@@ -102,28 +103,28 @@ class NmrReader : public FilesReader {
         }
         for (const std::string& category :
              objects_.empty() ? std::vector<std::string>() : without) {
-            const fs::path list = list_path(fs::path(desc_.path) / category, desc_.split);
+            const fs::path list = list_path(os::path_of(desc_.path) / category, desc_.split);
             SPLAT_TRY(take(category, list.parent_path(), [&list] {
                 return damaged("there is no '%s', which other categories have",
-                               list.string().c_str());
+                               os::text_of(list).c_str());
             }));
         }
         return {};
     }
 
     Status add_list(const std::string& category, const fs::path& list) {
-        const auto file = io::read_file(list.string(), kMaxListBytes);
+        const auto file = io::read_file(os::text_of(list), kMaxListBytes);
         SPLAT_TRY(as_damage(file.status()));
         const std::string_view text = io::as_text(file.value());
         if (text.find_first_not_of("\r\n") == std::string_view::npos)
-            return damaged("'%s' names no object", list.string().c_str());
+            return damaged("'%s' names no object", os::text_of(list).c_str());
         for (std::size_t at = 0; at < text.size();) {
             const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
             const std::string name(text.substr(at, end - at));
             at = end + 1;
             if (name.empty() || is_full()) continue;
             if (!is_folder_name(name))
-                return damaged("'%s': '%s' is not the name of a folder", list.string().c_str(),
+                return damaged("'%s': '%s' is not the name of a folder", os::text_of(list).c_str(),
                                shown(name).c_str());
             SPLAT_TRY(take_object(category, name));
         }
@@ -147,14 +148,14 @@ class NmrReader : public FilesReader {
     }
 
     Status take_object(const std::string& category, const std::string& object) {
-        const fs::path folder = fs::path(desc_.path) / category / object;
+        const fs::path folder = os::path_of(desc_.path) / category / object;
         const std::string name = category + "_" + object;
         return take(name, folder, [&] { return add_object(folder, name); });
     }
 
     Result<bool> add_object(const fs::path& folder, const std::string& name) {
-        SPLAT_ASSIGN(const bool has_cameras, io::has_file((folder / "cameras.npz").string()));
-        if (!has_cameras) return damaged("'%s' has no cameras.npz", folder.string().c_str());
+        SPLAT_ASSIGN(const bool has_cameras, io::has_file(os::text_of(folder / "cameras.npz")));
+        if (!has_cameras) return damaged("'%s' has no cameras.npz", os::text_of(folder).c_str());
         SPLAT_ASSIGN(const std::vector<std::string> images, images_in(folder / "image"));
         return add(folder, name, {images, images}, "image/", "");
     }
@@ -166,7 +167,7 @@ Result<bool> is_nmr(const std::string& path) {
     SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(path));
     return io::holds_for_any(names, [&path](const std::string& category) {
         return io::holds_for_any({"train", "val", "test"}, [&](const std::string& split) {
-            return io::has_file(list_path(fs::path(path) / category, split).string());
+            return io::has_file(os::text_of(list_path(os::path_of(path) / category, split)));
         });
     });
 }

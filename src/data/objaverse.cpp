@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "data/folder.h"
 #include "data/map_files.h"
 #include "data/object_lists.h"
@@ -23,11 +24,11 @@ constexpr const char* kGsoFolder = "render_mvs_25/model";
 Result<bool> has_renders(const fs::path& folder) {
     SPLAT_ASSIGN(const std::vector<std::string> names, stems_in(folder, ".npy"));
     if (names.empty()) return false;
-    return io::has_file((folder / (names.front() + ".png")).string());
+    return io::has_file(os::text_of(folder / (names.front() + ".png")));
 }
 
 Result<bool> any_has_renders(const fs::path& path, const char* below) {
-    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(path.string()));
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(os::text_of(path)));
     return io::holds_for_any(
         names, [&](const std::string& name) { return has_renders(path / name / below); });
 }
@@ -36,14 +37,14 @@ Result<bool> any_has_renders(const fs::path& path, const char* below) {
 class RenderReader : public FilesReader {
   public:
     RenderReader(const ReaderDesc& desc, const char* format, const char* below, bool split)
-        : FilesReader(format, desc, Filter::kLanczos), below_(below), split_(split) {
+        : FilesReader(format, desc, Filter::kLanczos), below_(os::path_of(below)), split_(split) {
         index_.source_distance = kSourceDistance;
     }
 
     Status open() {
         std::vector<std::string> names;
         if (desc_.objects_file.empty()) {
-            SPLAT_ASSIGN(names, candidates_in(desc_.path));
+            SPLAT_ASSIGN(names, candidates_in(os::path_of(desc_.path)));
         } else {
             SPLAT_SET(names, load_object_list(desc_.objects_file));
         }
@@ -56,12 +57,12 @@ class RenderReader : public FilesReader {
         }
         for (const std::string& name : names) {
             if (is_full()) break;
-            const fs::path object = fs::path(desc_.path) / name;
+            const fs::path object = os::path_of(desc_.path) / name;
             const fs::path folder = below_.empty() ? object : object / below_;
             SPLAT_TRY(take(name, folder, [&]() -> Result<bool> {
-                SPLAT_ASSIGN(const auto parts, io::entries_in(object.string()));
+                SPLAT_ASSIGN(const auto parts, io::entries_in(os::text_of(object)));
                 const bool is_begun = std::ranges::any_of(parts, [&](const auto& part) {
-                    return !below_.empty() && part.name == below_.begin()->string();
+                    return !below_.empty() && part.name == os::text_of(*below_.begin());
                 });
                 return add_object(folder, name, !desc_.objects_file.empty() || is_begun);
             }));
@@ -76,7 +77,7 @@ class RenderReader : public FilesReader {
     [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
         std::vector<StoredView> views;
         for (const std::string& name : objects_[object].stems) {
-            const std::string path = (objects_[object].folder / (name + ".npy")).string();
+            const std::string path = os::text_of(objects_[object].folder / (name + ".npy"));
             SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxPoseBytes));
             SPLAT_ASSIGN(const auto matrix, in_file(io::read_npy(file), path));
             SPLAT_ASSIGN(const auto pose, in_file(pose_of_objaverse(matrix.values), path));
@@ -102,11 +103,11 @@ class RenderReader : public FilesReader {
 }  // namespace
 
 Result<bool> is_objaverse(const std::string& path) {
-    return any_has_renders(path, "");
+    return any_has_renders(os::path_of(path), "");
 }
 
 Result<bool> is_gso(const std::string& path) {
-    return any_has_renders(path, kGsoFolder);
+    return any_has_renders(os::path_of(path), kGsoFolder);
 }
 
 Result<std::unique_ptr<DatasetReader>> open_objaverse(const ReaderDesc& desc) {

@@ -4,6 +4,7 @@
 
 #include "core/json_tree.h"
 #include "core/number_in.h"
+#include "core/path_name.h"
 #include "core/shown.h"
 #include "data/folder.h"
 #include "io/file.h"
@@ -36,8 +37,7 @@ bool is_word_character(char c) {
 }  // namespace
 
 bool is_folder_name(const std::string& name) {
-    return !name.empty() && name.front() != '.' && name.find('/') == std::string::npos &&
-           name.find('\0') == std::string::npos;
+    return is_name_in_folder(name) && name.front() != '.';
 }
 
 Result<std::vector<std::string>> load_object_list(const std::string& path) {

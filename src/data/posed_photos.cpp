@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <set>
 
+#include "core/os/path.h"
 #include "core/parallel.h"
+#include "core/path_name.h"
 #include "core/shown.h"
 #include "data/folder.h"
 #include "data/formats.h"
@@ -37,15 +39,15 @@ struct ListedPhoto {
 
 /// A name without "./" and "images/" before it, as it is below a folder beside images/.
 std::string name_below_images(const std::string& name) {
-    const fs::path path = fs::path(name).lexically_normal();
-    return !path.empty() && *path.begin() == "images" ? path.lexically_relative("images").string()
-                                                      : path.string();
+    const fs::path path = os::path_of(name).lexically_normal();
+    const bool below = !path.empty() && *path.begin() == "images";
+    return os::text_of(below ? path.lexically_relative("images") : path);
 }
 
 /// The first file of a path with one of the endings; empty if there is none.
 Result<std::string> file_at(const fs::path& path, std::initializer_list<const char*> endings) {
     for (const char* ending : endings) {
-        std::string found = path.string() + ending;
+        std::string found = os::text_of(path) + ending;
         SPLAT_ASSIGN(const bool is_there, io::has_file(found));
         if (is_there) return found;
     }
@@ -55,12 +57,15 @@ Result<std::string> file_at(const fs::path& path, std::initializer_list<const ch
 class PhotoLoader {
   public:
     PhotoLoader(const std::string& folder, const PosedPhotosOptions& options)
-        : folder_(folder),
+        : folder_(os::path_of(folder)),
           options_(options),
           factor_(std::max(options.downscale, std::uint32_t{1})) {}
 
     Result<PosedPhotos> load() {
         SPLAT_TRY(find_cameras());
+        for (const ListedPhoto& photo : listed_)
+            for (const std::string& name : {photo.camera.name, photo.mask})
+                SPLAT_TRY(in_file(check_portable(name), os::text_of(folder_)));
         std::ranges::stable_sort(listed_, {},
                                  [](const ListedPhoto& photo) { return photo.camera.name; });
         hold_out();
@@ -78,7 +83,7 @@ class PhotoLoader {
     void notice(const std::string& sentence) { result_.notices.push_back(sentence); }
 
     [[nodiscard]] Status no_cameras() const {
-        const std::string path = folder_.string();
+        const std::string path = os::text_of(folder_);
         const std::string lack = lack_of_cameras(path);
         return not_found(
             "%s; 'colmap automatic_reconstructor --workspace_path %s --image_path %s/images' makes "
@@ -92,18 +97,18 @@ class PhotoLoader {
     }
 
     Status find_cameras() {
-        SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(folder_.string()));
+        SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(os::text_of(folder_)));
         if (kind != io::PathKind::kFolder)
             return not_found("'%s' is no folder, expected one of photographs with cameras",
-                             folder_.string().c_str());
+                             os::text_of(folder_).c_str());
         std::string model;
         if (options_.cameras != Cameras::kTransforms)
-            SPLAT_SET(model, io::find_colmap(folder_.string()));
+            SPLAT_SET(model, io::find_colmap(os::text_of(folder_)));
         std::vector<fs::path> files;
         if (options_.cameras != Cameras::kColmap)
             for (const char* name : {"transforms.json", "transforms_train.json",
                                      "transforms_val.json", "transforms_test.json"}) {
-                SPLAT_ASSIGN(const bool is_there, io::has_file((folder_ / name).string()));
+                SPLAT_ASSIGN(const bool is_there, io::has_file(os::text_of(folder_ / name)));
                 if (is_there) files.push_back(folder_ / name);
                 if (is_there && files.size() == 1 && name == std::string("transforms.json")) break;
             }
@@ -115,12 +120,12 @@ class PhotoLoader {
 
     Status use_colmap(const std::string& model, bool has_transforms) {
         SPLAT_ASSIGN(const io::CameraSet set,
-                     io::load_colmap(folder_.string(), {.keep_lens = true}));
+                     io::load_colmap(os::text_of(folder_), {.keep_lens = true}));
         for (std::size_t i = 0; i < set.cameras.size(); ++i)
             listed_.push_back({set.cameras[i], set.lenses[i], {}, {}, false});
-        SPLAT_ASSIGN(points_, io::load_colmap_points(folder_.string()));
+        SPLAT_ASSIGN(points_, io::load_colmap_points(os::text_of(folder_)));
         notice(format("the cameras are those of the COLMAP model '%s'%s",
-                      fs::path(model).lexically_relative(folder_).string().c_str(),
+                      os::text_of(os::path_of(model).lexically_relative(folder_)).c_str(),
                       has_transforms ? "; transforms.json is not read" : ""));
         return {};
     }
@@ -132,7 +137,8 @@ class PhotoLoader {
             listed_.push_back({set.cameras[i], set.lenses[i], set.maps[i].mask, {}, false});
         for (const std::string& warning : set.warnings) notice(warning);
         if (set.points.empty()) return set;
-        const std::string path = (folder_ / set.points).string();
+        SPLAT_TRY(in_file(check_portable(set.points), os::text_of(file)));
+        const std::string path = os::text_of(folder_ / set.points);
         SPLAT_ASSIGN(const bool is_there, io::has_file(path));
         if (!is_there) {
             notice(format("there is no '%s', which ply_file_path names", path.c_str()));
@@ -145,7 +151,7 @@ class PhotoLoader {
 
     Status use_transforms(const fs::path& file) {
         SPLAT_ASSIGN(const io::CameraSet set, add_transforms(file));
-        notice(format("the cameras are those of '%s'", file.filename().string().c_str()));
+        notice(format("the cameras are those of '%s'", os::text_of(file.filename()).c_str()));
         const auto names = [&set](const char* split) {
             const auto found = set.splits.find(split);
             return found == set.splits.end()
@@ -159,8 +165,8 @@ class PhotoLoader {
         all.insert(test.begin(), test.end());
         for (const ListedPhoto& photo : listed_) all.erase(photo.camera.name);
         if (!all.empty())
-            return damaged("'%s': a split names '%s', which no frame has", file.string().c_str(),
-                           shown(*all.begin()).c_str());
+            return damaged("'%s': a split names '%s', which no frame has",
+                           os::text_of(file).c_str(), shown(*all.begin()).c_str());
         for (ListedPhoto& photo : listed_) photo.held_out = test.contains(photo.camera.name);
         const std::size_t others = std::erase_if(listed_, [&](const ListedPhoto& photo) {
             return !photo.held_out && !train.empty() && !train.contains(photo.camera.name);
@@ -176,11 +182,9 @@ class PhotoLoader {
         const std::size_t fitted = listed_.size();
         if (files.size() > 1) SPLAT_TRY(add_transforms(files.back()).status());
         for (std::size_t i = fitted; i < listed_.size(); ++i) listed_[i].held_out = true;
-        notice(format(
-            "the cameras are those of '%s'%s", files.front().filename().string().c_str(),
-            files.size() > 1
-                ? format(", and to score '%s'", files.back().filename().string().c_str()).c_str()
-                : ""));
+        const std::string last = os::text_of(files.back().filename());
+        const std::string scored = files.size() > 1 ? ", and to score '" + last + "'" : "";
+        notice("the cameras are those of '" + os::text_of(files.front().filename()) + "'" + scored);
         return {};
     }
 
@@ -210,14 +214,14 @@ class PhotoLoader {
         return invalid(
             "'%s': %td of %zu photographs are left to fit, expected at least 2, better 20 or more "
             "from all around%s",
-            folder_.string().c_str(), fitted, listed_.size(),
+            os::text_of(folder_).c_str(), fitted, listed_.size(),
             fitted < std::ssize(listed_) ? "; hold none out to fit them all" : "");
     }
 
     /// Sets the paths to photographs in images_D/; false if it lacks some.
     Result<bool> find_reduced() {
         const std::string name = "images_" + std::to_string(factor_);
-        SPLAT_ASSIGN(const io::PathKind kind, io::kind_of((folder_ / name).string()));
+        SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(os::text_of(folder_ / name)));
         if (factor_ == 1 || kind != io::PathKind::kFolder) return false;
         for (ListedPhoto& photo : listed_) {
             const fs::path path = folder_ / name / name_below_images(photo.camera.name);
@@ -244,13 +248,13 @@ class PhotoLoader {
                 return path.status();
             else
                 photo.path = path.value();
-            used.insert(fs::path(photo.path).filename().string());
+            used.insert(os::text_of(os::path_of(photo.path).filename()));
         }
         if (!missing.empty())
             return not_found(
                 "'%s': %zu of %zu photographs are missing, such as '%s', here or in images/; put "
                 "them there under the names that the cameras have",
-                folder_.string().c_str(), missing.size(), listed_.size(),
+                os::text_of(folder_).c_str(), missing.size(), listed_.size(),
                 shown(missing[0]).c_str());
         SPLAT_ASSIGN(std::vector<std::string> others, images_in(folder_ / "images"));
         std::erase_if(others, [&used](const std::string& name) { return used.contains(name); });
@@ -265,12 +269,12 @@ class PhotoLoader {
         for (ListedPhoto& photo : listed_) {
             const bool named = options_.masks.empty();
             if (named && photo.mask.empty()) continue;
-            const fs::path below = fs::path(options_.masks) / name_below_images(photo.camera.name);
+            fs::path below = os::path_of(options_.masks) / name_below_images(photo.camera.name);
             const fs::path path = named ? folder_ / photo.mask : below;
             SPLAT_SET(photo.mask, named ? file_at(path, {""}) : file_at(path, {".png", ""}));
             if (!named && photo.mask.empty())
-                SPLAT_SET(photo.mask, file_at(fs::path(below).replace_extension(), {".png"}));
-            if (photo.mask.empty()) missing.push_back(path.string());
+                SPLAT_SET(photo.mask, file_at(below.replace_extension(), {".png"}));
+            if (photo.mask.empty()) missing.push_back(os::text_of(path));
         }
         if (missing.empty()) return {};
         return not_found(
@@ -344,7 +348,7 @@ class PhotoLoader {
             return damaged(
                 "'%s': %s; masks leave out where they are 0, transparent pictures where "
                 "they are not opaque",
-                folder_.string().c_str(), lack.c_str());
+                os::text_of(folder_).c_str(), lack.c_str());
         notice(lack + ", and are left out");
         return {};
     }
@@ -365,7 +369,7 @@ class PhotoLoader {
         });
         if (are_equal || plain == std::ssize(photos))
             return damaged("'%s': all %zu photographs %s, so that no scene can be found by them",
-                           folder_.string().c_str(), photos.size(),
+                           os::text_of(folder_).c_str(), photos.size(),
                            are_equal ? "are equal" : "have one colour alone");
         if (plain > 0)
             notice(format("%td of %zu photographs have one colour alone, such as '%s'", plain,
@@ -376,7 +380,7 @@ class PhotoLoader {
 
     /// The photograph as a pinhole sees it, at the size of the fit.
     [[nodiscard]] Result<PosedPhoto> read_photograph(const ListedPhoto& listed) const {
-        SPLAT_ASSIGN(const io::Image image, load_bytes(listed.path, {}));
+        SPLAT_ASSIGN(const io::Image image, load_bytes(os::path_of(listed.path), {}));
         PosedPhoto photo{listed.camera.name, listed.camera, listed.held_out,
                          image.width,        image.height,  {}};
         SPLAT_TRY(fit_camera(listed.path, photo));
@@ -435,7 +439,7 @@ class PhotoLoader {
     }
 
     static Status apply_mask(const ListedPhoto& listed, PosedPhoto& photo) {
-        SPLAT_ASSIGN(const io::Image mask, load_bytes(listed.mask, {}));
+        SPLAT_ASSIGN(const io::Image mask, load_bytes(os::path_of(listed.mask), {}));
         const bool own = mask.width == photo.width && mask.height == photo.height;
         if (!own && (mask.width != listed.camera.width || mask.height != listed.camera.height))
             return damaged("'%s': %u x %u pixels, its photograph '%s' has %u x %u",

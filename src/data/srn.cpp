@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "data/folder.h"
 #include "data/map_files.h"
 #include "io/file.h"
@@ -18,9 +19,9 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMaxTextBytes = 1U << 16;
 
 Result<bool> has_srn_objects(const fs::path& folder) {
-    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(folder.string()));
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(os::text_of(folder)));
     return io::holds_for_any(names, [&folder](const std::string& name) {
-        return io::has_file((folder / name / "intrinsics.txt").string());
+        return io::has_file(os::text_of(folder / name / "intrinsics.txt"));
     });
 }
 
@@ -47,7 +48,7 @@ std::string list_of(const std::vector<std::string>& words) {
 
 /// The folder of the objects of a split.
 Result<fs::path> split_folder(const ReaderDesc& desc) {
-    fs::path folder = desc.path;
+    fs::path folder = os::path_of(desc.path);
     SPLAT_ASSIGN(std::vector<std::string> names, candidates_in(folder));
     SPLAT_ASSIGN(const bool is_split, has_srn_objects(folder));
     if (is_split) return folder;
@@ -55,10 +56,10 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     const std::string wanted = "srn_" + desc.category.substr(0, desc.category.find("_priors"));
     const bool chosen = std::ranges::find(categories, wanted) != categories.end();
     if (categories.size() > 1 && !chosen)
-        return invalid("'%s' holds %s; give the path of one of them", folder.string().c_str(),
+        return invalid("'%s' holds %s; give the path of one of them", os::text_of(folder).c_str(),
                        list_of(categories).c_str());
     if (!categories.empty()) {
-        folder /= chosen ? wanted : categories.front();
+        folder = folder / (chosen ? wanted : categories.front());
         SPLAT_ASSIGN(names, candidates_in(folder));
     }
     const std::vector<std::string> splits = splits_in(names);
@@ -66,38 +67,38 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     for (const std::string& name : splits)
         if (name.substr(name.rfind('_') + 1) == desc.split) found.push_back(name);
     if (found.empty())
-        return no_split(
-            desc, not_found("'%s' has no folder <category>_%s; folders of splits: %s",
-                            folder.string().c_str(), desc.split.c_str(), list_of(splits).c_str()));
+        return no_split(desc, not_found("'%s' has no folder <category>_%s; folders of splits: %s",
+                                        os::text_of(folder).c_str(), desc.split.c_str(),
+                                        list_of(splits).c_str()));
     if (found.size() > 1)
-        return invalid("'%s' holds %s; give the path of one of them", folder.string().c_str(),
+        return invalid("'%s' holds %s; give the path of one of them", os::text_of(folder).c_str(),
                        list_of(found).c_str());
-    folder /= found.front();
-    SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(folder.string()));
+    folder = folder / found.front();
+    SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(os::text_of(folder)));
     SPLAT_TRY(check_link(kind, folder));
     SPLAT_ASSIGN(const bool has_some, has_srn_objects(folder));
     if (has_some) return folder;
-    SPLAT_ASSIGN(names, io::folders_in(folder.string()));
+    SPLAT_ASSIGN(names, io::folders_in(os::text_of(folder)));
     for (const std::string& name : names) {  // for example srn_chairs/chairs_train/chairs_2.0_train
         SPLAT_ASSIGN(const bool is_below, has_srn_objects(folder / name));
         if (is_below) return folder / name;
     }
-    return damaged("'%s' holds no folder with intrinsics.txt", folder.string().c_str());
+    return damaged("'%s' holds no folder with intrinsics.txt", os::text_of(folder).c_str());
 }
 
 Result<std::string> text_of_file(const fs::path& path) {
-    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxTextBytes));
+    SPLAT_ASSIGN(const io::Buffer file, io::read_file(os::text_of(path), kMaxTextBytes));
     return std::string(io::as_text(file));
 }
 
 Result<tables::Focal> focal_of_file(const fs::path& path) {
     SPLAT_ASSIGN(const std::string text, text_of_file(path));
-    return in_file(tables::focal_of(text), path.string());
+    return in_file(tables::focal_of(text), os::text_of(path));
 }
 
 Result<scene::Mat4> pose_of_file(const fs::path& path) {
     SPLAT_ASSIGN(const std::string text, text_of_file(path));
-    return pose_of_text(text, path.string());
+    return pose_of_text(text, os::text_of(path));
 }
 
 class SrnReader : public FilesReader {
@@ -108,7 +109,7 @@ class SrnReader : public FilesReader {
 
     Status open() {
         SPLAT_ASSIGN(const fs::path root, split_folder(desc_));
-        index_.has_splits = root != desc_.path;
+        index_.has_splits = root != os::path_of(desc_.path);
         SPLAT_ASSIGN(const std::vector<std::string> names, candidates_in(root));
         for (const std::string& name : names) {
             if (is_full()) break;
@@ -142,14 +143,14 @@ class SrnReader : public FilesReader {
 
   private:
     Result<bool> add_object(const fs::path& folder, const std::string& name) {
-        SPLAT_ASSIGN(const std::vector<io::FolderEntry> parts, io::entries_in(folder.string()));
+        SPLAT_ASSIGN(const std::vector<io::FolderEntry> parts, io::entries_in(os::text_of(folder)));
         const auto has = [&parts](const char* part) {
             return std::ranges::any_of(
                 parts, [part](const io::FolderEntry& each) { return each.name == part; });
         };
         if (!has("rgb") && !has("pose") && !has("intrinsics.txt")) return false;
         if (!has("intrinsics.txt"))
-            return damaged("'%s' has no intrinsics.txt", folder.string().c_str());
+            return damaged("'%s' has no intrinsics.txt", os::text_of(folder).c_str());
         ViewNames names;
         SPLAT_ASSIGN(names.cameras, stems_in(folder / "pose", ".txt"));
         SPLAT_ASSIGN(names.images, stems_in(folder / "rgb", ".png"));
@@ -168,7 +169,7 @@ Result<scene::Mat4> pose_of_text(std::string_view text, const std::string& place
 Result<bool> is_srn(const std::string& path) {
     SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(path));
     if (!categories_in(names).empty() || !splits_in(names).empty()) return true;
-    return has_srn_objects(path);
+    return has_srn_objects(os::path_of(path));
 }
 
 Result<std::unique_ptr<DatasetReader>> open_srn(const ReaderDesc& desc) {

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "data/folder.h"
 #include "io/folder.h"
 #include "tables/import.h"
@@ -105,29 +106,29 @@ class StoreReader : public DatasetReader {
 }  // namespace
 
 Result<std::unique_ptr<DatasetReader>> open_store(const ReaderDesc& desc) {
-    const fs::path folder = desc.path;
+    const fs::path folder = os::path_of(desc.path);
     const auto has_store = [&folder](const std::string& name) {
-        return io::has_file((folder / name / "store.json").string());
+        return io::has_file(os::text_of(folder / name / "store.json"));
     };
     SPLAT_ASSIGN(const bool is_split, has_store(""));
     if (is_split) return opened<StoreReader>(desc, "store", desc.path);
-    SPLAT_ASSIGN(const io::PathKind below, io::kind_of((folder / desc.split).string()));
+    SPLAT_ASSIGN(const io::PathKind below, io::kind_of(os::text_of(folder / desc.split)));
     SPLAT_TRY(check_link(below, folder / desc.split));
     SPLAT_ASSIGN(const bool is_above, has_store(desc.split));
-    if (is_above) return opened<StoreReader>(desc, "store", (folder / desc.split).string());
+    if (is_above) return opened<StoreReader>(desc, "store", os::text_of(folder / desc.split));
     std::string splits;
-    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(folder.string()));
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(os::text_of(folder)));
     for (const std::string& name : names) {
         SPLAT_ASSIGN(const bool is_other, has_store(name));
         if (is_other) splits += (splits.empty() ? "" : ", ") + name;
     }
-    return no_split(
-        desc, not_found("'%s' has no store of the split %s; it has: %s", folder.string().c_str(),
-                        desc.split.c_str(), splits.empty() ? "none" : splits.c_str()));
+    return no_split(desc, not_found("'%s' has no store of the split %s; it has: %s",
+                                    os::text_of(folder).c_str(), desc.split.c_str(),
+                                    splits.empty() ? "none" : splits.c_str()));
 }
 
 std::string store_beside(const std::string& path, const std::string& split) {
-    return (fs::path(path) / kCacheFolder / split).string();
+    return os::text_of(os::path_of(path) / kCacheFolder / split);
 }
 
 Result<std::unique_ptr<DatasetReader>> open_tables(const ReaderDesc& desc) {

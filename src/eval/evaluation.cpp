@@ -1,7 +1,8 @@
 #include "eval/evaluation.h"
 
-#include <filesystem>
+#include <cerrno>
 
+#include "core/os/file.h"
 #include "eval/json_number.h"
 #include "eval/saved_objects.h"
 #include "eval/score_table.h"
@@ -118,11 +119,9 @@ std::string scores_text(const Evaluation& evaluation) {
 }
 
 Status save(const Evaluation& evaluation, const std::string& folder) {
-    std::error_code failed;
-    std::filesystem::create_directories(folder, failed);
-    if (failed)
+    if (os::make_folders(folder) != 0)
         return error(Code::kIo, "cannot make the folder '%s': %s", folder.c_str(),
-                     failed.message().c_str());
+                     os::reason(errno).c_str());
     const auto write = [&folder](const char* name, const std::string& text) {
         return io::write_file(folder + "/" + name, io::as_bytes(text));
     };

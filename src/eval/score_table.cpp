@@ -10,6 +10,7 @@
 
 #include "core/c_locale.h"
 #include "core/json_tree.h"
+#include "core/os/path.h"
 #include "core/shown.h"
 #include "eval/saved_objects.h"
 #include "io/file.h"
@@ -25,9 +26,10 @@ Status refuse_line(const std::string& path, std::size_t line, const std::string&
 
 std::string table_path(const std::string& path) {
     std::error_code none;
-    if (fs::is_directory(path, none)) return (fs::path(path) / "per_object.csv").string();
-    if (fs::path(path).extension() == ".json")
-        return (fs::path(path).parent_path() / "per_object.csv").string();
+    if (fs::is_directory(os::path_of(path), none))
+        return os::text_of(os::path_of(path) / "per_object.csv");
+    if (os::path_of(path).extension() == ".json")
+        return os::text_of(os::path_of(path).parent_path() / "per_object.csv");
     return path;
 }
 
@@ -213,7 +215,7 @@ class TableLines {
 /// The label of the views in objects.json beside a file; empty if there is none.
 std::string protocol_beside(const std::string& path) {
     const auto bytes =
-        io::read_file((fs::path(path).parent_path() / kObjectsFile).string(), kMaxJsonBytes);
+        io::read_file(os::text_of(os::path_of(path).parent_path() / kObjectsFile), kMaxJsonBytes);
     if (!bytes.ok()) return "";
     const auto tree = parse_json_tree(io::as_text(bytes.value()), kObjectsFile);
     if (!tree.ok() || tree.value()["views"].text() == nullptr) return "";

@@ -1,6 +1,7 @@
 #include "eval/significance.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -62,7 +63,7 @@ double exact_flips(std::vector<double> d, double threshold) {
     for (std::uint64_t i = 1; i <= all; ++i) {
         if (std::abs(sum) >= threshold) ++extreme;
         if (i == all) break;
-        double& flipped = d[static_cast<std::size_t>(__builtin_ctzll(i))];
+        double& flipped = d[static_cast<std::size_t>(std::countr_zero(i))];
         sum -= 2 * flipped;
         flipped = -flipped;
     }

@@ -1,11 +1,10 @@
 #include "fit/fit_memory.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <set>
 
 #include "core/checked_math.h"
+#include "core/os/memory.h"
 
 namespace splat::fit {
 namespace {
@@ -105,13 +104,8 @@ std::uint64_t memory_left(vk::Context& context) {
     const vk::MemoryUse use = context.memory().use();
     std::uint64_t left = use.budget - std::min(use.used, use.budget);
     if (context.device().info().kind != vk::DeviceKind::kCpu) return left;
-    std::ifstream file("/proc/meminfo");
-    for (std::string line; std::getline(file, line);) {
-        unsigned long long kilobytes = 0;
-        if (std::sscanf(line.c_str(), "MemAvailable: %llu kB", &kilobytes) == 1)
-            left = std::min<std::uint64_t>(left, kilobytes * 1024);
-    }
-    return left;
+    const std::uint64_t machine = os::machine_bytes_left();
+    return machine == 0 ? left : std::min(left, machine);
 }
 
 // The parts of a fit are measured by small ones, as all of them are proportional to Gaussians and pixels.

@@ -91,6 +91,9 @@ Status prior_loss(vk::Recorder& recorder, const PriorLossDesc& desc, const Prior
         views.workspace.part(prior_loss_workspace(recorder, desc) - 16, 16);
     const auto record = [&](const char* kernel, std::vector<vk::Access> accesses,
                             std::uint32_t groups) {
+        // The alignment sums what chunks of pixels have.
+        const double items = groups == 1 ? double{1} * kPriorPlanes * chunks(desc)
+                                         : static_cast<double>(pixels(desc));
         vk::Dispatch dispatch;
         dispatch.op = dispatch.shader = kernel;
         dispatch.accesses = std::move(accesses);
@@ -98,8 +101,7 @@ Status prior_loss(vk::Recorder& recorder, const PriorLossDesc& desc, const Prior
         push.groups_x = dispatch.groups[0];
         dispatch.constants = {{params::kWorkgroupSizeId, size}};
         dispatch.push = push;
-        dispatch.work = {.flops = 100.0 * static_cast<double>(pixels(desc)),
-                         .bytes = 64.0 * static_cast<double>(pixels(desc))};
+        dispatch.work = {.flops = 100 * items, .bytes = 64 * items};
         return recorder.dispatch(dispatch);
     };
     const vk::Access image = vk::read(views.image), extra = vk::read(views.extra);

@@ -5,6 +5,7 @@
 #include <span>
 #include <unordered_set>
 
+#include "core/os/path.h"
 #include "core/shown.h"
 #include "io/file.h"
 #include "io/folder.h"
@@ -377,7 +378,7 @@ Result<CameraSet> read_colmap(Bytes cameras, Bytes images, const CameraOptions& 
 Result<std::string> find_colmap(const std::string& folder) {
     for (const char* below : kColmapFolders)
         for (const char* name : {"cameras.bin", "cameras.txt"}) {
-            std::string path = (std::filesystem::path(folder) / below / name).string();
+            std::string path = os::text_of(os::path_of(folder) / below / name);
             SPLAT_ASSIGN(const bool is_there, has_file(path));
             if (is_there) return path;
         }

@@ -147,6 +147,7 @@ Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what
 
 struct GzipSink::Stream {
     z_stream z{};
+    gz_header header{};
     Buffer piece = Buffer(std::size_t{1} << 18U);
     bool started = false;
 };
@@ -154,6 +155,9 @@ struct GzipSink::Stream {
 GzipSink::GzipSink(ByteSink& to) : stream_(std::make_unique<Stream>()), to_(to) {
     stream_->started = deflateInit2(&stream_->z, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kGzipWindow, 8,
                                     Z_DEFAULT_STRATEGY) == Z_OK;
+    if (!stream_->started) return;
+    stream_->header.os = 3;  // Unix's (RFC 1952), so that files are the same from all systems
+    deflateSetHeader(&stream_->z, &stream_->header);
 }
 
 GzipSink::~GzipSink() {

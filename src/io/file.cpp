@@ -54,8 +54,10 @@ std::string behind_links(const std::string& path) {
     std::string target = path;
     std::error_code failed;
     for (int i = 0; i < kMostLinks && os::is_link(target); ++i) {
-        const std::filesystem::path link = target;
-        target = (link.parent_path() / std::filesystem::read_symlink(link, failed)).string();
+        const std::filesystem::path link = os::path_of(target);
+        const std::filesystem::path to = std::filesystem::read_symlink(link, failed);
+        if (failed) break;  // mingw's library reads none
+        target = os::text_of(link.parent_path() / to);
     }
     return target;
 }
@@ -281,6 +283,7 @@ Status append_file(const std::string& path, Bytes bytes) {
 
 Status write_file(const std::string& path, const std::function<Status(ByteSink&)>& write) {
     const std::string target = behind_links(path);
+    if (!os::may_create(target)) return failed("create", path);
     os::FileInfo old;
     const bool replaced = os::examine(target, old) == 0;
     if (!replaced && errno == ELOOP) return failed("replace", path);

@@ -7,6 +7,7 @@
 #include "core/fault.h"
 #include "core/no_copy.h"
 #include "core/os/file.h"
+#include "core/os/path.h"
 #include "core/os/process.h"
 #include "core/shown.h"
 #include "io/file.h"
@@ -16,18 +17,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Removes what can be removed of a file or folder. Takes long paths on Windows, too.
+void remove_all(const std::string& path) {
+    std::vector<os::Listed> all;
+    if (!os::is_link(path) && os::list(path, all) == 0)
+        for (const os::Listed& entry : all)
+            if (entry.name != "." && entry.name != "..") remove_all(path + "/" + entry.name);
+    os::remove(path);
+}
+
 /// Removes a folder now and in the end, also where an exception ends the work.
 class RemovedFolder : NoCopy {
   public:
-    explicit RemovedFolder(const fs::path& path) : path_(path) { remove(); }
-    ~RemovedFolder() { remove(); }
+    explicit RemovedFolder(std::string path) : path_(std::move(path)) { remove_all(path_); }
+    ~RemovedFolder() { remove_all(path_); }
 
   private:
-    void remove() const {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    const fs::path& path_;
+    std::string path_;
 };
 
 PathKind kind_in(os::FileKind kind) {
@@ -54,35 +60,35 @@ Result<std::vector<os::Listed>> list(const std::string& folder) {
 }  // namespace
 
 Status check_no_links(const std::string& folder, const std::string& path, const std::string& what) {
-    fs::path so_far = folder;
-    for (const fs::path& part : fs::path(path)) {
+    fs::path so_far = os::path_of(folder);
+    for (const fs::path& part : os::path_of(path)) {
         so_far /= part;
-        if (os::is_link(so_far.string()))
+        if (os::is_link(os::text_of(so_far)))
             return damaged(
                 "%s: '%s' is a symbolic link, which may lead out of the folder; put a copy there",
-                what.c_str(), shown(so_far.string()).c_str());
+                what.c_str(), shown(os::text_of(so_far)).c_str());
     }
     return {};
 }
 
 Status make_folders(const fs::path& path) {
-    std::error_code failed;
-    fs::create_directories(path, failed);
-    return failed ? system_error(failed, "create the folder", path.string()) : Status();
+    const std::string folder = os::text_of(path);
+    if (os::make_folders(folder) == 0) return {};
+    return system_error(errno, "create the folder", folder);
 }
 
 Status write_folder(const fs::path& folder, const fs::path& temporary,
                     const std::function<Status(const fs::path&)>& write) {
-    const RemovedFolder removed(temporary);
+    const RemovedFolder removed(os::text_of(temporary));
     SPLAT_TRY(write(temporary));
-    std::error_code failed;
-    fs::rename(temporary, folder, failed);
-    return failed ? system_error(failed, "create the folder", folder.string()) : Status();
+    const std::string target = os::text_of(folder);
+    if (os::rename(os::text_of(temporary), target) == 0) return {};
+    return system_error(errno, "create the folder", target);
 }
 
 fs::path temporary_of(const fs::path& folder) {
     static std::atomic<unsigned> counter{0};
-    return folder.parent_path() / format(".%s.%lld-%u.tmp", folder.filename().string().c_str(),
+    return folder.parent_path() / format(".%s.%lld-%u.tmp", os::text_of(folder.filename()).c_str(),
                                          lld(os::process_id()), counter++);
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/os/path.h"
 #include "core/status.h"
 
 namespace splat::io {

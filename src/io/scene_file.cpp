@@ -56,7 +56,7 @@ const SceneFormat* named_format(const std::string& name, bool written) {
 
 /// The file at a path; in a folder of SOG its document.
 Result<std::string> document_at(const std::string& path) {
-    const std::string document = (std::filesystem::path(path) / kFolderDocument).string();
+    const std::string document = os::text_of(os::path_of(path) / kFolderDocument);
     SPLAT_ASSIGN(const bool is_folder, has_file(document));
     return is_folder ? document : path;
 }

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "config/presets.h"
+#include "core/os/path.h"
 #include "core/shown.h"
 #include "core/status.h"
 #include "model/model.h"
@@ -120,7 +121,7 @@ std::vector<std::string> differences_of(const Traits& file, const Known& known) 
 }
 
 bool is_official_name(const std::string& path, const std::string& name) {
-    const std::string stem = std::filesystem::path(path).stem().string();
+    const std::string stem = os::text_of(os::path_of(path).stem());
     return stem == "model_" + name || (stem == "model_latest" && name == "objaverse");
 }
 

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/os/path.h"
 #include "data/depth_range.h"
 #include "scene/camera_pose.h"
 
@@ -65,10 +66,11 @@ Result<data::ViewVectors> vectors_of(const char* key, const std::string& file,
     if (file.empty())
         return invalid("'%s' is empty, expected the file of the vectors that '%s' asks for", key,
                        asked_by);
-    const fs::path beside = fs::path(root) / file;
+    const fs::path beside = os::path_of(root) / file;
     std::error_code none;
-    const bool in_folder = !root.empty() && !fs::exists(file, none) && fs::exists(beside, none);
-    return data::ViewVectors::load(in_folder ? beside.string() : file, std::move(shape), index,
+    const bool in_folder =
+        !root.empty() && !fs::exists(os::path_of(file), none) && fs::exists(beside, none);
+    return data::ViewVectors::load(in_folder ? os::text_of(beside) : file, std::move(shape), index,
                                    key);
 }
 

@@ -8,6 +8,8 @@
 #include "config/config_file.h"
 #include "core/c_locale.h"
 #include "core/environment.h"
+#include "core/os/path.h"
+#include "core/path_name.h"
 #include "core/shown.h"
 
 namespace splat::predict {
@@ -20,7 +22,7 @@ constexpr const char* kFile = "weights.safetensors";
 /// Folders of built-in weights, best first: below the prefix of an installed library, which is one or two
 /// folders above it (lib/x86_64-linux-gnu); below a build folder, or below its sources.
 std::vector<fs::path> weights_folders(const fs::path& library) {
-    const fs::path installed = fs::path(SPLAT_DATADIR) / "libsplat" / "weights";
+    const fs::path installed = os::path_of(SPLAT_DATADIR) / "libsplat" / "weights";
     std::vector<fs::path> folders = {library.parent_path() / installed,
                                      library.parent_path().parent_path() / installed};
     for (fs::path folder = library; folder.has_relative_path(); folder = folder.parent_path())
@@ -39,18 +41,18 @@ std::string names_in(const std::vector<fs::path>& folders) {
     for (const fs::path& folder : folders)
         for (fs::directory_iterator entry(folder, none), end; !none && entry != end;
              entry.increment(none))
-            if (is_file(entry->path() / kFile)) names.insert(entry->path().filename().string());
+            if (is_file(entry->path() / kFile)) names.insert(os::text_of(entry->path().filename()));
     return joined(names);
 }
 
 }  // namespace
 
 Result<std::string> builtin_weights_near(const std::string& library, const std::string& name) {
-    const std::vector<fs::path> folders = weights_folders(library);
-    const bool plain = !name.empty() && name.find('/') == std::string::npos && name[0] != '.';
+    const std::vector<fs::path> folders = weights_folders(os::path_of(library));
+    const bool plain = is_name_in_folder(name) && name[0] != '.';
     for (const fs::path& folder : folders)
         if (plain && is_file(folder / name / kFile))
-            return (folder / name / kFile).lexically_normal().string();
+            return os::text_of((folder / name / kFile).lexically_normal());
     const std::string names = names_in(folders);
     return not_found(
         "no built-in weights '%s' near the library in '%s', %s", name.c_str(), library.c_str(),
@@ -62,7 +64,7 @@ Result<std::string> builtin_weights(const std::string& name) {
 }
 
 Result<std::string> weights_named(const std::string& given) {
-    const fs::path path(given);
+    const fs::path path = os::path_of(given);
     const bool name = !given.empty() && !path.has_parent_path() && !path.has_extension();
     std::error_code none;
     if (!name || fs::exists(path, none)) return given;
@@ -73,14 +75,14 @@ Result<std::string> weights_named(const std::string& given) {
 }
 
 Result<std::string> config_beside(const std::string& weights, const std::string& adapters) {
-    if (const fs::path own = fs::path(adapters).replace_extension(".json");
+    if (const fs::path own = os::path_of(adapters).replace_extension(".json");
         !adapters.empty() && is_file(own))
-        return own.string();
-    const fs::path file(weights);
-    const std::string stem = file.stem().string();
+        return os::text_of(own);
+    const fs::path file = os::path_of(weights);
+    const std::string stem = os::text_of(file.stem());
     for (const std::string& name :
          {stem + ".json", stem + ".yaml", std::string("config.json"), std::string("config.yaml")})
-        if (is_file(file.parent_path() / name)) return (file.parent_path() / name).string();
+        if (is_file(file.parent_path() / name)) return os::text_of(file.parent_path() / name);
     return not_found("no config.json or config.yaml in the folder of '%s': give the configuration",
                      weights.c_str());
 }

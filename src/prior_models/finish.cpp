@@ -70,7 +70,8 @@ Result<std::vector<float>> resized_bytes(const Planes& planes, Extent size,
 
 Result<PriorMap> finish_mask(const PresetOutput& output, Planes planes, Extent size, MapForm form) {
     if (output.sigmoid)
-        for (float& value : planes.values) value = 1 / (1 + std::exp(-value));
+        for (float& value : planes.values)
+            value = 1 / (1 + static_cast<float>(std::exp(-static_cast<double>(value))));
     if (output.min_max) {
         const auto [least, most] = std::ranges::minmax_element(planes.values);
         const float low = *least, range = *most - low;

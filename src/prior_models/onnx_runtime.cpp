@@ -26,7 +26,7 @@ void log_message(void*, int, const char*, const char*, const char*, const char* 
 
 bool exists(const std::string& path) {
     std::error_code none;
-    return fs::exists(path, none);
+    return fs::exists(os::path_of(path), none);
 }
 
 Status no_library() {
@@ -50,7 +50,8 @@ Result<std::vector<std::string>> candidates(const std::string& path) {
     }
     std::vector<std::string> names;
     for (const char* const name : kLibraryNames)
-        if (const std::string beside = (fs::path(library_folder()) / name).string(); exists(beside))
+        if (const std::string beside = os::text_of(os::path_of(library_folder()) / name);
+            exists(beside))
             names.push_back(beside);
     names.insert(names.end(), std::begin(kLibraryNames), std::end(kLibraryNames));
     return names;

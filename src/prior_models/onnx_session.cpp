@@ -4,6 +4,7 @@
 #include <bit>
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "io/tensor_file.h"
 
 namespace splat::prior_models {
@@ -61,7 +62,7 @@ Result<std::unique_ptr<OnnxSession>> OnnxSession::create(std::shared_ptr<const O
                                                          const std::string& path,
                                                          std::uint32_t threads) {
     std::error_code none;
-    if (!std::filesystem::is_regular_file(path, none))
+    if (!std::filesystem::is_regular_file(os::path_of(path), none))
         return not_found("there is no file '%s'", path.c_str());
     std::unique_ptr<OnnxSession> session(new OnnxSession(std::move(runtime), path));
     SPLAT_TRY(session->open(threads));

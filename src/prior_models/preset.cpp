@@ -4,6 +4,7 @@
 
 #include "core/config.h"
 #include "core/environment.h"
+#include "core/os/path.h"
 #include "core/shown.h"
 #include "prior_models/embedded_presets.h"
 #include "prior_models/preset_reader.h"
@@ -61,7 +62,7 @@ Result<Preset> preset_of(const std::string& text) {
 }
 
 Result<Preset> preset_of_file(const std::string& path) {
-    const std::string file = fs::path(path).filename().string();
+    const std::string file = os::text_of(os::path_of(path).filename());
     for (const EmbeddedPreset& embedded : embedded_presets()) {
         SPLAT_ASSIGN(Preset preset, parse_preset(embedded.text));
         if (preset.file.name == file) return preset;
@@ -72,8 +73,12 @@ Result<Preset> preset_of_file(const std::string& path) {
 
 std::string models_folder() {
     if (const auto folder = environment("SPLAT_PRIORS_DIR")) return *folder;
+#if defined(_WIN32)
+    if (const auto data = environment_folder("LOCALAPPDATA")) return *data + "/libsplat/priors";
+#else
     if (const auto data = environment_folder("XDG_DATA_HOME")) return *data + "/libsplat/priors";
     if (const auto home = environment("HOME")) return *home + "/.local/share/libsplat/priors";
+#endif
     return "";
 }
 

@@ -95,7 +95,7 @@ Result<Preset> preset_of(const std::string& text);
 Result<Preset> preset_of_file(const std::string& path);
 
 /// Where models are looked for: $SPLAT_PRIORS_DIR, else $XDG_DATA_HOME/libsplat/priors, else
-/// $HOME/.local/share/libsplat/priors; empty if none is set.
+/// $HOME/.local/share/libsplat/priors, on Windows %LOCALAPPDATA%/libsplat/priors; empty if none is set.
 std::string models_folder();
 
 }  // namespace splat::prior_models

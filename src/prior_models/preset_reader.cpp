@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "core/config.h"
+#include "core/path_name.h"
 #include "core/shown.h"
 
 namespace splat::prior_models {
@@ -216,6 +217,9 @@ Result<Preset> read_preset(const JsonTree& tree) {
         file.number("bytes", 1, 1e15, preset.file.bytes);
         file.text("sha256", preset.file.sha256);
         of.take(file.status());
+        if (!preset.file.name.empty() && !is_name_in_folder(preset.file.name))
+            of.take(invalid("%s.name is '%s', expected the name of a file in the folder of models",
+                            of.place("file").c_str(), shown(preset.file.name).c_str()));
         std::string& hash = preset.file.sha256;
         for (char& digit : hash)
             digit = static_cast<char>(std::tolower(static_cast<unsigned char>(digit)));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/os/path.h"
+
 namespace splat::prior_models {
 namespace {
 
@@ -15,7 +17,7 @@ Result<std::string> model_path(const Preset& preset, const std::string& given) {
     const std::string folder = models_folder();
     const std::string path = folder + "/" + preset.file.name;
     std::error_code none;
-    if (std::filesystem::is_regular_file(path, none)) return path;
+    if (std::filesystem::is_regular_file(os::path_of(path), none)) return path;
     return not_found(
         "there is no '%s', the model of preset '%s': 'vkrun priors get %s' fetches it where its "
         "address is known, 'vkrun priors where %s' tells about it; or give the path of the model",
@@ -25,7 +27,7 @@ Result<std::string> model_path(const Preset& preset, const std::string& given) {
 /// The error of a model, with a hint if its file is not the preset's.
 Status with_size(const Status& refused, const Preset& preset, const std::string& path) {
     std::error_code none;
-    const std::uint64_t bytes = std::filesystem::file_size(path, none);
+    const std::uint64_t bytes = std::filesystem::file_size(os::path_of(path), none);
     if (none || refused.code() != Code::kFormat || preset.file.bytes == 0 ||
         bytes == preset.file.bytes)
         return refused;

@@ -58,9 +58,8 @@ vk::Kernels kernels_of(const vk::DeviceInfo& device, vk::Kernels kernels, bool b
 double pairs_of(const RasterDesc& desc, const Window& window, const ListPart& part,
                 std::uint64_t pairs) {
     const auto all = static_cast<double>(pairs);
-    if (!part.of_long_lists) return all;
     // Each tile that goes on has as many as before in every part before.
-    const double before = std::max(1U, part.begin / part.entries);
+    const double before = part.of_long_lists ? std::max(1U, part.begin / part.entries) : 1;
     const double tiles = double{1} * desc.tiles_x() * window.rows() * desc.views;
     return std::min(all / before, tiles * part.entries);
 }
@@ -134,6 +133,7 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
         .accesses = accesses,
         .groups = {desc.tiles_x() * quarters, window.rows(), desc.views},
         .work = forward_work(pairs, static_cast<double>(desc.pixels())),
+        .most_group = forward_work(std::min<double>(pairs, part.entries) / quarters, 0),
         .kernels = kernels,
     });
 }
@@ -180,6 +180,7 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
         .accesses = accesses,
         .groups = {desc.tiles_x(), window.rows(), desc.views},
         .work = backward_work(pairs, static_cast<double>(desc.pixels())),
+        .most_group = backward_work(std::min<double>(pairs, part.entries), 0),
         .kernels = kernels,
     });
 }

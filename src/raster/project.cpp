@@ -76,6 +76,11 @@ std::uint32_t layers_of(const RasterDesc& desc) {
     return desc.ranges.used ? 1 : desc.views;
 }
 
+/// Share of a call's records that one dispatch of the backward pass reads: each layer of ranges has its own.
+double layer_share(const RasterDesc& desc) {
+    return 1.0 / std::max(desc.ranges.layers, 1U);
+}
+
 /// Call `record(slice)` for each slice of Gaussians.
 template <class Record>
 Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
@@ -181,8 +186,12 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Se
             vk::read_write(slice(gradients.colors, part.first, part.count, quads)),
             vk::read_write(projection.exported),
             vk::read(call.ranges)};
-        for (std::size_t i = 0; i < std::min<std::size_t>(records.sums.size(), 3); ++i)
+        double record_bytes = 0;  // there is room for as many
+        for (std::size_t i = 0; i < std::min<std::size_t>(records.sums.size(), 3); ++i) {
             accesses.push_back(vk::read(records.sums[i]));
+            record_bytes += static_cast<double>(records.sums[i].bytes);
+        }
+        const double share = part.items / static_cast<double>(desc.items()) * layer_share(desc);
         return recorder.dispatch({
             .op = "project_backward",
             .shader = "project_backward",
@@ -196,8 +205,8 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Se
             .push = part.params,
             .accesses = std::move(accesses),
             .groups = part.groups,
-            .work = {.flops = kBackwardFlops * part.items,
-                     .bytes = 16.0 * (12 + 2 * quads) * part.items},
+            .work = {.flops = kBackwardFlops * part.items + record_bytes / 4 * share,
+                     .bytes = 16.0 * (12 + 2 * quads) * part.items + record_bytes * share},
             .kernels = records.apart() ? vk::Kernels::kCpu : vk::Kernels::kPlain,
         });
     };
@@ -238,6 +247,7 @@ Status sum_contributions(vk::Recorder& recorder, const RasterDesc& desc, const C
         .first = records.apart() ? 0U : 6U,
         .layer = 0};
     const auto count = static_cast<double>(desc.items());
+    const double record_bytes = static_cast<double>(records.sums.back().bytes) * layer_share(desc);
     if (desc.ranges.used && !desc.ranges.covers && !accumulate)
         SPLAT_TRY(recorder.fill(contributions, 0));
     do {
@@ -250,7 +260,7 @@ Status sum_contributions(vk::Recorder& recorder, const RasterDesc& desc, const C
             .accesses = {vk::read(counts_and_begins(items, records)), vk::read(records.sums.back()),
                          vk::read_write(contributions), vk::read(call.ranges)},
             .groups = groups,
-            .work = {.flops = 20 * count, .bytes = 40 * count},
+            .work = {.flops = 20 * count + record_bytes / 4, .bytes = 40 * count + record_bytes},
         }));
     } while (++params.layer < desc.ranges.layers);
     return {};

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/os/path.h"
+
 namespace splat::run {
 namespace {
 
@@ -276,7 +278,7 @@ Status Run::go_back() {
     const auto states = folder_->states();
     if (!states.ok()) return folder_->log("error: " + states.status().message());
     for (const auto& state : states.value()) {
-        const auto file = io::load_weights(state.string());
+        const auto file = io::load_weights(os::text_of(state));
         const Status loaded = file.ok() ? task_->load(file.value()) : file.status();
         if (loaded.code() == Code::kCancelled) return loaded;
         if (loaded.ok()) {

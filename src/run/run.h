@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/interrupt.h"
+#include "core/os/path.h"
 #include "core/stopwatch.h"
 #include "run/run_folder.h"
 #include "run/task.h"

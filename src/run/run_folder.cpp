@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "core/fork.h"
+#include "core/os/path.h"
 #include "core/os/process.h"
 #include "io/file.h"
 #include "io/folder.h"
@@ -48,19 +49,30 @@ constexpr const char* kOwnFiles[] = {kConfig,
                                      "tb/events.out.tfevents.*"};
 
 Status cannot(const char* doing, const fs::path& path, const std::string& reason) {
-    return error(Code::kIo, "cannot %s '%s': %s", doing, path.string().c_str(), reason.c_str());
+    return error(Code::kIo, "cannot %s '%s': %s", doing, os::text_of(path).c_str(), reason.c_str());
+}
+
+Status make_folder(const fs::path& path) {
+    if (os::make_folders(os::text_of(path)) == 0) return {};
+    return cannot("make the folder", path, os::reason(errno));
 }
 
 /// Names in a folder; none if it is not there, or no folder. Errors: kIo.
 Result<std::vector<std::string>> names_in(const fs::path& folder) {
-    auto names = io::names_in(folder.string());
+    auto names = io::names_in(os::text_of(folder));
     if (names.status().code() == Code::kNotFound) return std::vector<std::string>();
     return names;
 }
 
+/// What is there, if anything is.
+std::optional<os::FileKind> kind_of(const fs::path& path) {
+    os::FileInfo info;
+    if (os::examine(os::text_of(path), info) != 0) return std::nullopt;
+    return info.kind;
+}
+
 bool is_there(const fs::path& path) {
-    std::error_code ignored;
-    return fs::exists(path, ignored);
+    return kind_of(path).has_value();
 }
 
 /// What a run that ended before its first file leaves.
@@ -93,7 +105,7 @@ bool matches(std::string_view path, std::string_view pattern) {
 Status write_process(os::Handle lock, const fs::path& path) {
     if (os::resize(lock, 0) != 0) return cannot("write", path, os::reason(errno));
     const std::string text = std::to_string(os::process_id()) + "\n";
-    return io::write_all(lock, io::as_bytes(text), path.string());
+    return io::write_all(lock, io::as_bytes(text), os::text_of(path));
 }
 
 }  // namespace
@@ -120,17 +132,16 @@ Status RunFolder::check() const {
         is_there(root_ / kConfig) && (is_there(root_ / kLock) || is_there(root_ / kRun));
     if (mode_ == Mode::kResume) {
         if (run) return {};
-        return bad_state("'%s' holds no run to resume (%s, and %s or %s)", root_.string().c_str(),
-                         kConfig, kLock, kRun);
+        return bad_state("'%s' holds no run to resume (%s, and %s or %s)",
+                         os::text_of(root_).c_str(), kConfig, kLock, kRun);
     }
-    std::error_code ignored;
     bool empty = !is_there(root_);
-    if (fs::is_directory(root_, ignored)) {
+    if (kind_of(root_) == os::FileKind::kFolder) {
         SPLAT_ASSIGN(const std::vector<std::string> names, names_in(root_));
         empty = !run && (is_there(root_ / kPrepared) || std::ranges::all_of(names, is_begun));
     }
     if (empty || (run && mode_ == Mode::kReplace)) return {};
-    return bad_state("'%s' is there%s", root_.string().c_str(),
+    return bad_state("'%s' is there%s", os::text_of(root_).c_str(),
                      run ? " and holds a run: resume it, overwrite it, or choose another folder"
                          : " and is not a run: choose another folder");
 }
@@ -138,7 +149,7 @@ Status RunFolder::check() const {
 Status RunFolder::lock() {
     if (lock_ != os::kNoHandle) return {};
     const fs::path path = root_ / kLock;
-    const os::Handle file = os::open(path.string(), os::Open::kUpdate);
+    const os::Handle file = os::open(os::text_of(path), os::Open::kUpdate);
     if (file == os::kNoHandle) return cannot("open", path, os::reason(errno));
     if (os::lock(file, os::Lock::kExclusive, false) != 0) {
         const int reason = errno;
@@ -148,7 +159,7 @@ Status RunFolder::lock() {
         return bad_state(
             "'%s' is in use: a run of %s is open in it; wait for its end, stop it, or "
             "choose another folder",
-            root_.string().c_str(), process.c_str());
+            os::text_of(root_).c_str(), process.c_str());
     }
     lock_ = file;
     generation_ = fork_generation();
@@ -174,34 +185,30 @@ Result<std::vector<fs::path>> RunFolder::own_files(const std::vector<std::string
 }
 
 Status RunFolder::clear(const std::vector<std::string>& results) const {
-    std::error_code failed;
     SPLAT_ASSIGN(const std::vector<fs::path> files, own_files(results, ""));
     for (const fs::path& file : files) {
         if (file.filename() == kConfig) continue;
-        fs::remove(file, failed);
-        if (failed) return cannot("remove", file, failed.message());
+        if (os::remove(os::text_of(file)) != 0 && errno != ENOENT)
+            return cannot("remove", file, os::reason(errno));
     }
     for (const std::string folder : kOwnFolders)
         if (!folder.empty())
-            fs::remove(root_ / folder, failed);  // fails where the user keeps files
+            os::remove(os::text_of(root_ / folder));  // fails where the user keeps files
     return {};
 }
 
 Result<std::size_t> RunFolder::begin(const std::string& config,
                                      const std::vector<std::string>& results) {
-    std::error_code failed;
-    fs::create_directories(root_, failed);
-    if (failed) return cannot("make the folder", root_, failed.message());
+    SPLAT_TRY(make_folder(root_));
     SPLAT_TRY(lock());
     SPLAT_TRY(check());  // what another process did before the lock was ours
     SPLAT_ASSIGN(const std::vector<fs::path> unfinished, own_files(results, ".*-*.tmp"));
     std::size_t removed = 0;
     for (const fs::path& file : unfinished)
-        if (fs::is_regular_file(file, failed) && fs::remove(file, failed)) ++removed;
+        if (kind_of(file) == os::FileKind::kFile && os::remove(os::text_of(file)) == 0) ++removed;
     if (mode_ != Mode::kResume) SPLAT_TRY(clear(results));
     SPLAT_TRY(write(kConfig, config));
-    fs::create_directories(root_ / "checkpoints", failed);
-    if (failed) return cannot("make the folder", root_ / "checkpoints", failed.message());
+    SPLAT_TRY(make_folder(root_ / "checkpoints"));
     for (const char* name : {kLog, kMetrics}) SPLAT_TRY(io::append_file(path(name), {}));
     return removed;
 }
@@ -231,9 +238,8 @@ Result<std::vector<fs::path>> RunFolder::states() const {
 Status RunFolder::set_aside(const fs::path& state) const {
     fs::path aside = state;
     aside += kUnreadable;
-    std::error_code failed;
-    fs::rename(state, aside, failed);
-    return failed ? cannot("rename", state, failed.message()) : Status();
+    if (os::rename(os::text_of(state), os::text_of(aside)) == 0) return {};
+    return cannot("rename", state, os::reason(errno));
 }
 
 std::string RunFolder::state_path(std::uint64_t step) const {
@@ -242,9 +248,8 @@ std::string RunFolder::state_path(std::uint64_t step) const {
 
 void RunFolder::keep_latest_states(std::size_t count) const {
     const auto all = states();  // what cannot be listed stays
-    std::error_code ignored;
     for (std::size_t i = count; all.ok() && i < all.value().size(); ++i)
-        fs::remove(all.value()[i], ignored);
+        os::remove(os::text_of(all.value()[i]));
 }
 
 std::optional<double> MetricLine::number(const char* name) const {

@@ -9,6 +9,7 @@
 #include "core/json_tree.h"
 #include "core/no_copy.h"
 #include "core/os/file.h"
+#include "core/os/path.h"
 
 namespace splat::run {
 
@@ -50,7 +51,7 @@ class RunFolder : NoCopy {
     Result<std::size_t> begin(const std::string& config, const std::vector<std::string>& results);
 
     [[nodiscard]] std::string path(const std::string& name) const {
-        return (root_ / name).string();
+        return os::text_of(root_ / name);
     }
 
     Status log(const std::string& line) const;                      ///< the whole line or nothing
@@ -77,7 +78,7 @@ class RunFolder : NoCopy {
     Status cut_metrics(std::uint64_t last_step) const;
 
   private:
-    RunFolder(const std::string& path, Mode mode) : root_(path), mode_(mode) {}
+    RunFolder(const std::string& path, Mode mode) : root_(os::path_of(path)), mode_(mode) {}
     [[nodiscard]] Status check() const;
     Status lock();
     [[nodiscard]] Result<std::vector<std::filesystem::path>> own_files(

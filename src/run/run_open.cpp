@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/config.h"
+#include "core/os/path.h"
 #include "io/file.h"
 #include "run/run.h"
 
@@ -52,7 +53,7 @@ Status Run::resume() {
     }
     SPLAT_TRY(task_->compare(record.ok() ? record.value() : JsonTree(), messages_));
     for (const auto& state : states) {
-        const auto file = io::load_weights(state.string());
+        const auto file = io::load_weights(os::text_of(state));
         const Status loaded = file.ok() ? task_->load(file.value()) : file.status();
         if (!may_be_skipped(loaded.code())) return loaded;
         if (!loaded.ok()) {
@@ -64,7 +65,7 @@ Status Run::resume() {
         step_ = saved_ = begun_at_ = progress.steps;
         attempts_ = progress.attempts;
         skipped_ = progress.attempts - progress.steps;
-        messages_.push_back({"resumed from " + state.filename().string()});
+        messages_.push_back({"resumed from " + os::text_of(state.filename())});
         return restore_validations();
     }
     return not_found("no state in '%s' can be read; to start again, let the run be overwritten",
@@ -95,7 +96,7 @@ Status Run::restore_validations() {
     if (!others) return {};
     std::string anew = plan_.score;
     for (const std::string& result : plan_.results)
-        anew += " and " + std::filesystem::path(folder_->best_path(result)).filename().string();
+        anew += " and " + os::text_of(os::path_of(folder_->best_path(result)).filename());
     messages_.push_back({format("warning: the validations so far saw other %s, so the best %s "
                                 "begin anew",
                                 plan_.protocol_text.c_str(), anew.c_str()),

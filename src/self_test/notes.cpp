@@ -1,20 +1,17 @@
 #include "self_test/notes.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <set>
 #include <sstream>
 
 #include "core/fork.h"
+#include "core/os/path.h"
 #include "core/os/process.h"
 
 namespace splat::self_test {
 namespace {
-
-namespace fs = std::filesystem;
 
 /// Locked for no longer than a look, as a fork waits for it.
 struct Known {
@@ -27,24 +24,46 @@ Known& known() {
     return for_ever<Known>();
 }
 
+/// A regular file, closed in the end; kNoHandle if there is none.
+struct File : NoCopy {
+    os::Handle handle;
+    File(const std::string& path, os::Open how)
+        : handle(path.empty() ? os::kNoHandle : os::open(path, how)) {
+        os::FileInfo info;
+        if (handle == os::kNoHandle ||
+            (os::examine(handle, info) == 0 && info.kind == os::FileKind::kFile))
+            return;
+        os::close(handle);
+        handle = os::kNoHandle;
+    }
+    ~File() {
+        if (handle != os::kNoHandle) os::close(handle);
+    }
+};
+
 /// What follows `begin` in the first line that begins with it.
 std::optional<std::string> noted(const std::string& path, const std::string& begin) {
-    std::error_code none;
-    if (path.empty() || !fs::is_regular_file(path, none)) return {};
-    std::ifstream file(path);
-    for (std::string line; std::getline(file, line);)
+    constexpr std::size_t kMostBytes = 1 << 24;
+    const File file(path, os::Open::kRead);
+    std::string text;
+    char part[4096];
+    for (std::int64_t got = 0; file.handle != os::kNoHandle && text.size() < kMostBytes &&
+                               (got = os::read(file.handle, part, sizeof part, {})) > 0;)
+        text.append(part, static_cast<std::size_t>(got));
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
         if (line.starts_with(begin)) return line.substr(begin.size());
     return {};
 }
 
 /// A folder that cannot be written, or something else in the file's place, only means another test next time.
 void note(const std::string& path, std::string line) {
-    std::error_code none;
     if (path.empty()) return;
     std::ranges::replace(line, '\n', ' ');
-    fs::create_directories(fs::path(path).parent_path(), none);
-    if (fs::exists(path, none) && !fs::is_regular_file(path, none)) return;
-    std::ofstream(path, std::ios::app) << line << "\n";
+    line += '\n';
+    os::make_folders(os::folder_of(path));
+    const File file(path, os::Open::kAppend);
+    if (file.handle != os::kNoHandle) os::write(file.handle, line.data(), line.size(), {});
 }
 
 /// The file, locked; kNoHandle if it is not there, is no file, another test has it, or one has just removed it.
@@ -106,8 +125,7 @@ Testing::Testing(const std::string& file, const std::vector<std::string>& keys)
     if (file.empty() || keys.empty()) return;
     std::string text;
     for (const std::string& key : keys) text += key + "\n";
-    std::error_code none;
-    fs::create_directories(fs::path(path_).parent_path(), none);
+    os::make_folders(os::folder_of(path_));
     const std::lock_guard lock(known().mutex);
     const auto added = known().testing.insert(path_);
     // From here on nothing needs memory.

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/json_writer.h"
+#include "core/os/path.h"
 #include "core/os/process.h"
 #include "io/file.h"
 #include "io/folder.h"
@@ -63,13 +64,13 @@ Status check_manifest(const WriterDesc& desc, const fs::path& folder) {
     const fs::path path = folder / "synthetic.json";
     const std::string expected = manifest_text(desc);
     std::error_code code;
-    if (!fs::exists(path, code)) return io::write_file(path.string(), io::as_bytes(expected));
-    SPLAT_ASSIGN(const io::Buffer found, io::read_file(path.string(), 1U << 16));
+    if (!fs::exists(path, code)) return io::write_file(os::text_of(path), io::as_bytes(expected));
+    SPLAT_ASSIGN(const io::Buffer found, io::read_file(os::text_of(path), 1U << 16));
     if (io::as_text(found) == expected) return {};
     return invalid(
         "'%s' holds data made with other values: %.*sexpected: %suse another folder, "
         "or the same values to add objects",
-        folder.string().c_str(), static_cast<int>(found.size()), io::as_text(found).data(),
+        os::text_of(folder).c_str(), static_cast<int>(found.size()), io::as_text(found).data(),
         expected.c_str());
 }
 
@@ -107,7 +108,7 @@ void remove_stale(const fs::path& folder, const std::string& name) {
     std::error_code code;
     const std::string prefix = "." + name + ".";
     for (const auto& entry : fs::directory_iterator(folder, code)) {
-        const std::string found = entry.path().filename().string();
+        const std::string found = os::text_of(entry.path().filename());
         if (found.compare(0, prefix.size(), prefix) != 0) continue;
         const int process = std::atoi(found.c_str() + prefix.size());
         if (process > 0 && !os::may_run(process)) fs::remove_all(entry, code);
@@ -125,9 +126,9 @@ Status write_view(const fs::path& folder, const Solids& solids, const scene::Cam
                                                         {"mask", mask_image(picture)}};
     for (const auto& [kind, image] : images) {
         SPLAT_ASSIGN(const io::Buffer file, io::write_png(image, io::PngEffort::kFast));
-        SPLAT_TRY(io::write_new_file((folder / kind / (name + ".png")).string(), file));
+        SPLAT_TRY(io::write_new_file(os::text_of(folder / kind / (name + ".png")), file));
     }
-    return io::write_new_file((folder / "pose" / (name + ".txt")).string(),
+    return io::write_new_file(os::text_of(folder / "pose" / (name + ".txt")),
                               io::as_bytes(pose_text(camera)));
 }
 
@@ -139,7 +140,7 @@ Status write_views(const WriterDesc& desc, const Place& place, const Solids& sol
     for (std::uint32_t view = 0; view < views; ++view)
         SPLAT_TRY(
             write_view(folder, solids, view_camera(desc, place.split, place.object, view), view));
-    return io::write_new_file((folder / "intrinsics.txt").string(),
+    return io::write_new_file(os::text_of(folder / "intrinsics.txt"),
                               io::as_bytes(intrinsics_text(desc)));
 }
 
@@ -202,7 +203,7 @@ scene::Camera view_camera(const WriterDesc& desc, Split split, std::uint32_t obj
 Status write_object(const WriterDesc& desc, std::uint32_t index) {
     SPLAT_TRY(check_desc(desc));
     SPLAT_ASSIGN(const Place place, place_of(desc, index));
-    const fs::path root = fs::path(desc.path) / ("srn_" + desc.category);
+    const fs::path root = os::path_of(desc.path) / ("srn_" + desc.category);
     const fs::path folder = root / (desc.category + "_" + split_name(place.split));
     SPLAT_TRY(io::make_folders(folder));
     SPLAT_TRY(check_manifest(desc, root));

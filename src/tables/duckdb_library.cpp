@@ -7,11 +7,17 @@
 #include "core/environment.h"
 #include "core/fork.h"
 #include "core/os/library.h"
+#include "core/os/path.h"
 
 namespace splat::tables {
 namespace {
 
 constexpr const char* kVariable = "SPLAT_DUCKDB_LIBRARY";
+#if defined(_WIN32)
+constexpr const char* kPackage = "@duckdb/node-bindings-win32-x64'";
+#else
+constexpr const char* kPackage = "@duckdb/node-bindings-linux-x64' (linux-arm64 on ARM)";
+#endif
 
 std::string file_name() {
     return os::library_file("duckdb");
@@ -21,9 +27,8 @@ std::string file_name() {
 Status no_duckdb(const std::string& tried) {
     return not_found(
         "Parquet files are read and written by DuckDB, which was not found: %s. Get it with 'npm "
-        "pack @duckdb/node-bindings-linux-x64' (linux-arm64 on ARM), unpack the .tgz, and set %s "
-        "to its package/%s",
-        tried.c_str(), kVariable, file_name().c_str());
+        "pack %s, unpack the .tgz, and set %s to its package/%s",
+        tried.c_str(), kPackage, kVariable, file_name().c_str());
 }
 
 /// The places of the library: its path, and the words of an error.
@@ -34,7 +39,7 @@ struct Place {
 std::vector<Place> places(const std::string& path) {
     if (!path.empty()) return {{path, "the given library"}};
     if (const auto set = environment(kVariable)) return {{*set, kVariable}};
-    const std::string beside = (std::filesystem::path(library_folder()) / file_name()).string();
+    const std::string beside = os::text_of(os::path_of(library_folder()) / file_name());
     return {{beside, "beside libsplat"}, {file_name(), "the loader's path"}};
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "core/os/path.h"
 #include "io/photo/image_file.h"
 #include "io/reader.h"
 #include "scene/camera_pose.h"
@@ -68,7 +69,8 @@ class Import {
         const auto there = read_store_text(desc_.store);
         if (there.ok() && there.value().source == source) return {};
         std::error_code none;
-        const std::string root = std::filesystem::canonical(desc_.path, none).string();
+        const std::string root =
+            os::text_of(std::filesystem::canonical(os::path_of(desc_.path), none));
         SPLAT_TRY(Journal::verify(desc_.path, desc_.split));
         SPLAT_ASSIGN(session_, Session::open(desc_.library, {desc_.path, root}));
         for (const TableFiles& table : found) {

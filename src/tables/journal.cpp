@@ -5,6 +5,8 @@
 
 #include "core/json_tree.h"
 #include "core/json_writer.h"
+#include "core/os/path.h"
+#include "core/path_name.h"
 #include "io/compress.h"
 #include "io/file.h"
 #include "io/folder.h"
@@ -47,7 +49,8 @@ std::optional<Journal> Journal::read(const std::string& folder, const std::strin
     for (const JsonTree& item : tree.value()["files"].items()) {
         const std::string* const path = item["path"].text();
         const auto bytes = item["bytes"].count(), crc = item["crc32"].count();
-        if (path == nullptr || !bytes || !crc || *crc > UINT32_MAX) return std::nullopt;
+        if (path == nullptr || !check_below(*path).ok() || !bytes || !crc || *crc > UINT32_MAX)
+            return std::nullopt;
         journal.files_.push_back({*path, *bytes, static_cast<std::uint32_t>(*crc)});
     }
     return journal;
@@ -56,12 +59,12 @@ std::optional<Journal> Journal::read(const std::string& folder, const std::strin
 Result<Journal> Journal::of_export(const std::string& folder, const std::string& split,
                                    const std::string& source,
                                    const std::vector<std::string>& targets) {
-    SPLAT_TRY(io::make_folders(folder));
+    SPLAT_TRY(io::make_folders(os::path_of(folder)));
     std::error_code failed;
     Journal journal(folder, export_name(split), source);
-    if (!fs::exists(journal.path_, failed)) {
+    if (!fs::exists(os::path_of(journal.path_), failed)) {
         for (const std::string& target : targets)
-            if (fs::exists(target, failed))
+            if (fs::exists(os::path_of(target), failed))
                 return invalid("'%s' is there and is no export: choose another folder",
                                target.c_str());
         SPLAT_TRY(journal.write(false));
@@ -79,7 +82,7 @@ Result<Journal> Journal::of_export(const std::string& folder, const std::string&
 Status Journal::verify(const std::string& folder, const std::string& split) {
     const std::string path = folder + "/" + export_name(split);
     std::error_code none;
-    if (!fs::exists(path, none)) return {};
+    if (!fs::exists(os::path_of(path), none)) return {};
     const auto journal = read(folder, export_name(split));
     if (!journal)
         return damaged("'%s' is damaged: remove it to read the tables unchecked", path.c_str());

@@ -4,6 +4,7 @@
 
 #include "core/fault.h"
 #include "core/log.h"
+#include "core/os/path.h"
 #include "io/folder.h"
 #include "tables/journal.h"
 #include "tables/store.h"
@@ -32,7 +33,7 @@ std::vector<std::string> names_in(const fs::path& folder, const std::string& exp
     std::error_code none;
     for (fs::directory_iterator entry(folder, none), end; !none && entry != end;
          entry.increment(none)) {
-        std::string name = entry->path().filename().string();
+        std::string name = os::text_of(entry->path().filename());
         if (std::regex_match(name, wanted)) names.push_back(std::move(name));
     }
     return names;
@@ -44,7 +45,7 @@ Status remove_file(const fs::path& path) {
         failed = std::make_error_code(std::errc::io_error);
     else
         fs::remove(path, failed);
-    return failed ? io::system_error(failed, "remove", path.string()) : Status();
+    return failed ? io::system_error(failed, "remove", os::text_of(path)) : Status();
 }
 
 }  // namespace
@@ -56,7 +57,7 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& folder
                            llu(kMaxRows));
     SPLAT_TRY(store_text(index).status());  // what finish() could not write
     std::unique_ptr<StoreWriter> writer(new StoreWriter(folder, std::move(index), part));
-    SPLAT_TRY(io::make_folders(folder));
+    SPLAT_TRY(io::make_folders(os::path_of(folder)));
     SPLAT_TRY(writer->lock());
     SPLAT_ASSIGN(const FileLock start, writer->lock_start());
     SPLAT_TRY(writer->check(replace));
@@ -83,7 +84,7 @@ Result<FileLock> StoreWriter::lock_start() const {
 }
 
 Status StoreWriter::check(bool replace) {
-    const fs::path folder = folder_;
+    const fs::path folder = os::path_of(folder_);
     std::error_code failed;
     const bool has_store = fs::exists(folder / kStoreFile, failed);
     if (has_store && is_store_text(folder_)) {
@@ -108,7 +109,7 @@ Status StoreWriter::check(bool replace) {
 
 /// What is begun from other tables begins anew: its rows lack their checksums or are written again.
 Status StoreWriter::read_journals() {
-    const fs::path folder = folder_;
+    const fs::path folder = os::path_of(folder_);
     const std::string parts = part_.count == 1 ? "" : format(R"(_\d+_of_%u)", part_.count);
     const std::regex own_parts("import" + parts + R"(\.json)");
     for (const std::string& name : names_in(folder, kJournals)) {
@@ -182,8 +183,8 @@ Status StoreWriter::finish() {
     SPLAT_ASSIGN(const std::string text, store_text(index_));
     SPLAT_TRY(io::write_file(folder_ + "/" + kStoreFile, io::as_bytes(text)));
     std::error_code none;
-    for (const std::string& name : names_in(folder_, kJournals))
-        fs::remove(fs::path(folder_) / name, none);
+    const fs::path folder = os::path_of(folder_);
+    for (const std::string& name : names_in(folder, kJournals)) fs::remove(folder / name, none);
     complete_ = true;
     return {};
 }

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "core/os/file.h"
+#include "core/os/path.h"
 #include "io/folder.h"
 
 namespace splat::tables {
@@ -12,7 +13,7 @@ namespace fs = std::filesystem;
 
 /// Names of the files that are tables; none where there is no such folder.
 Result<std::vector<std::string>> parquet_files(const fs::path& folder) {
-    const auto entries = io::entries_in(folder.string());
+    const auto entries = io::entries_in(os::text_of(folder));
     std::vector<std::string> names;
     if (entries.status().code() == Code::kNotFound) return names;
     if (!entries.ok()) return entries.status();
@@ -47,10 +48,10 @@ Status several(const std::string& folder, Table table, const std::string& a, con
 /// The folder of a table; empty if there is none.
 Result<std::string> table_folder(const fs::path& folder, Table table) {
     std::string found;
-    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(folder.string()));
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(os::text_of(folder)));
     for (const std::string& name : names) {
         if (!names_table(name, table)) continue;
-        if (!found.empty()) return several(folder.string(), table, found, name);
+        if (!found.empty()) return several(os::text_of(folder), table, found, name);
         found = name;
     }
     return found;
@@ -66,11 +67,11 @@ bool is_of_split(const std::string& file, const std::string& split) {
 Result<TableFiles> files_below(const fs::path& folder, Table table, const std::string& split) {
     TableFiles found{table, {}, false};
     SPLAT_ASSIGN(const std::vector<std::string> files, parquet_files(folder / split));
-    for (const std::string& file : files) found.files.push_back((folder / split / file).string());
+    for (const std::string& file : files) found.files.push_back(os::text_of(folder / split / file));
     if (!found.files.empty()) return found;
     SPLAT_ASSIGN(const std::vector<std::string> here, parquet_files(folder));
     for (const std::string& file : here)
-        if (is_of_split(file, split)) found.files.push_back((folder / file).string());
+        if (is_of_split(file, split)) found.files.push_back(os::text_of(folder / file));
     return found;
 }
 
@@ -81,9 +82,9 @@ Result<TableFiles> files_in(const fs::path& folder, Table table) {
     for (const std::string& file : files) {
         const std::string own = stem_of(file);
         if (!names_table(own, table)) continue;
-        if (!stem.empty() && own != stem) return several(folder.string(), table, stem, own);
+        if (!stem.empty() && own != stem) return several(os::text_of(folder), table, stem, own);
         stem = own;
-        found.files.push_back((folder / file).string());
+        found.files.push_back(os::text_of(folder / file));
     }
     return found;
 }
@@ -91,7 +92,7 @@ Result<TableFiles> files_in(const fs::path& folder, Table table) {
 }  // namespace
 
 Result<bool> is_tables(const std::string& folder) {
-    SPLAT_ASSIGN(const std::vector<std::string> files, parquet_files(folder));
+    SPLAT_ASSIGN(const std::vector<std::string> files, parquet_files(os::path_of(folder)));
     for (const std::string& file : files)
         if (names_table(stem_of(file), Table::kRgb)) return true;
     SPLAT_ASSIGN(std::vector<std::string> names, io::folders_in(folder));
@@ -99,7 +100,7 @@ Result<bool> is_tables(const std::string& folder) {
     return io::holds_for_any(names, [&folder](const std::string& name) -> Result<bool> {
         for (const char* split : kSplits) {
             SPLAT_ASSIGN(const TableFiles found,
-                         files_below(fs::path(folder) / name, Table::kRgb, split));
+                         files_below(os::path_of(folder) / name, Table::kRgb, split));
             if (!found.files.empty()) return true;
         }
         return false;
@@ -112,14 +113,14 @@ Result<std::vector<TableFiles>> find_tables(const std::string& folder, const std
     std::string without_split;
     for (const Table table : kTables) {
         const char* const name = kind_of(table).name;
-        SPLAT_ASSIGN(const std::string below, table_folder(folder, table));
+        SPLAT_ASSIGN(const std::string below, table_folder(os::path_of(folder), table));
         TableFiles found;
         if (!below.empty()) {
-            SPLAT_ASSIGN(found, files_below(fs::path(folder) / below, table, split));
+            SPLAT_ASSIGN(found, files_below(os::path_of(folder) / below, table, split));
             if (found.files.empty())
                 without_split += (without_split.empty() ? "" : ", ") + std::string(name);
         } else {
-            SPLAT_ASSIGN(found, files_in(folder, table));
+            SPLAT_ASSIGN(found, files_in(os::path_of(folder), table));
             if (found.files.empty() && kind_of(table).required)
                 missing += (missing.empty() ? "" : ", ") + std::string(name);
         }
@@ -145,7 +146,7 @@ std::uint64_t bytes_of(const std::vector<TableFiles>& tables) {
     for (const TableFiles& table : tables)
         for (const std::string& file : table.files) {
             std::error_code none;
-            const std::uint64_t size = fs::file_size(file, none);
+            const std::uint64_t size = fs::file_size(os::path_of(file), none);
             if (!none) bytes += size;
         }
     return bytes;
@@ -158,7 +159,7 @@ std::string fingerprint_of(const std::vector<TableFiles>& tables) {
             os::FileInfo info;
             const bool known = os::examine(file, info) == 0;
             text += format("%s %s %lld %lld\n", kind_of(table.table).name,
-                           fs::path(file).filename().string().c_str(),
+                           file.substr(os::name_start(file)).c_str(),
                            known ? lld(info.bytes) : -1LL, lld(info.changed_ns));
         }
     return text;

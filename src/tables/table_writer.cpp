@@ -6,6 +6,7 @@
 
 #include "core/fault.h"
 #include "core/os/file.h"
+#include "core/os/path.h"
 #include "io/file.h"
 #include "io/folder.h"
 
@@ -48,20 +49,17 @@ std::vector<WrittenColumn> columns_of(Table table) {
 
 Status write_table_file(Session& session, const std::string& path, Table table, const NextRow& next,
                         std::size_t group) {
-    const fs::path target = path;
+    const fs::path target = os::path_of(path);
     const std::string temporary =
-        (target.parent_path() / ("." + target.filename().string() + ".tmp")).string();
+        os::text_of(target.parent_path() / ("." + os::text_of(target.filename()) + ".tmp"));
     SPLAT_TRY(io::make_folders(target.parent_path()));
-    std::error_code failed;
     Status status = session.write_parquet(temporary, columns_of(table), next, group);
     if (!status.ok() && status.code() == Code::kIo)
         status = Status(Code::kIo, "cannot write '" + path + "': " + status.message());
     if (status.ok()) status = flush_file(temporary);
-    if (status.ok()) {
-        fs::rename(temporary, target, failed);
-        if (failed) status = io::system_error(failed, "rename", path);
-    }
-    if (!status.ok()) fs::remove(temporary, failed);
+    if (status.ok() && os::rename(temporary, path) != 0)
+        status = io::system_error(errno, "rename", path);
+    if (!status.ok()) os::remove(temporary);
     return status;
 }
 

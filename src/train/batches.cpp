@@ -4,6 +4,7 @@
 #include <numeric>
 #include <system_error>
 
+#include "core/float_mode.h"
 #include "core/parallel.h"
 
 namespace splat::train {
@@ -159,6 +160,7 @@ Result<Batch> Prefetch::get(std::uint64_t n) {
 }
 
 void Prefetch::run() {
+    const FloatMode mode;  // threads of Windows start in another one
     std::unique_lock lock(mutex_);
     while (true) {
         changed_.wait(lock, [this] { return stop_ || (!idle_ && window_.size() < ahead_); });

@@ -5,6 +5,7 @@
 #include "config/config_file.h"
 #include "config/effects.h"
 #include "core/finite.h"
+#include "core/os/path.h"
 #include "io/file.h"
 #include "predict/weights_place.h"
 #include "train/splatter_training.h"
@@ -32,9 +33,10 @@ Result<Config> complete(const Config& config) {
 Result<std::string> pretrained_file(const std::string& path) {
     namespace fs = std::filesystem;
     std::error_code ignored;
-    if (!fs::is_directory(path, ignored)) return path;
+    const fs::path folder = os::path_of(path);
+    if (!fs::is_directory(folder, ignored)) return path;
     for (const char* name : {"model_latest.pth", "weights_last.safetensors"})
-        if (fs::exists(fs::path(path) / name, ignored)) return (fs::path(path) / name).string();
+        if (fs::exists(folder / name, ignored)) return os::text_of(folder / name);
     return not_found(
         "'opt.pretrained_ckpt' is the folder '%s', which holds neither model_latest.pth "
         "nor weights_last.safetensors; name a file of weights",
@@ -71,8 +73,8 @@ Result<run::Plan> SplatterTraining::prepare(const std::string* config, run::Mess
     SPLAT_ASSIGN(trainer_, std::move(made));
     if (!desc_.init.empty()) {
         std::error_code failed;
-        const auto whole = std::filesystem::absolute(desc_.init, failed);
-        start_ = {failed ? desc_.init : whole.string(), desc_.init_options};
+        const auto whole = std::filesystem::absolute(os::path_of(desc_.init), failed);
+        start_ = {failed ? desc_.init : os::text_of(whole), desc_.init_options};
     }
     const config::TrainConfig& c = settings_.training;
     run::Plan plan;

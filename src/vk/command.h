@@ -71,7 +71,8 @@ struct Dispatch {
     PushData push;
     std::vector<Access> accesses;  ///< in the order of the shader's bindings
     Groups groups{1, 1, 1};
-    Work work;
+    Work work;             ///< an estimate is required: submits are cut by it
+    Work most_group = {};  ///< one workgroup has no more, where data deals the work out
     /// Declared aliasing: an input and an output may be the same range, not merely overlap.
     bool may_alias = false;
     /// Instead of those for networks: of another family, or where a kernel does not fit the shapes or needs a missing
@@ -94,19 +95,23 @@ struct Command {
     Pipeline* pipeline = nullptr;
     const char* shader = "";  ///< name of the module
     PushData push;
-    Groups groups{1, 1, 1};
+    Groups groups{1, 1, 1};  ///< fills and copies have one a kTransferPiece
     std::uint32_t fill_word = 0;
     VkDescriptorSet set = VK_NULL_HANDLE;
     Work work;
     double seconds = 0;          ///< estimated
+    double group_seconds = 0;    ///< estimated of most_group
     KernelPace* pace = nullptr;  ///< none for barriers
     std::size_t recorded = 0;    ///< number of the call of the recorder
     Stages from = 0;             ///< barriers: what before them they order ...
     Stages to = 0;               ///< ... against what after them
 };
 
+/// Bytes of a fill or copy that are not split further.
+inline constexpr std::uint64_t kTransferPiece = 1U << 16;
+
 /// A part of a list that one submit takes: a command, or some workgroups of a dispatch, which do not conflict with the
-/// others of theirs.
+/// others of theirs, or some bytes of a fill or copy.
 struct Piece {
     std::size_t command;
     Groups base{0, 0, 0};

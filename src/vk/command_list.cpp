@@ -39,6 +39,12 @@ VkAccessFlags reads_of(Stages stages) {
                     VK_ACCESS_HOST_READ_BIT);
 }
 
+/// The bytes of a piece of a fill or copy.
+BufferView transferred(const BufferView& view, const Piece& piece) {
+    const std::uint64_t begin = piece.base[0] * kTransferPiece;
+    return view.part(begin, std::min(view.bytes - begin, piece.groups[0] * kTransferPiece));
+}
+
 }  // namespace
 
 CommandList::Objects::~Objects() {
@@ -187,7 +193,8 @@ Status CommandList::Objects::make_queries(ListCut& cut) const {
 void CommandList::Objects::destroy(ListCut& cut, std::size_t first) {
     if (cut.queries != VK_NULL_HANDLE)
         device->vk.vkDestroyQueryPool(device->handle(), cut.queries, nullptr);
-    if (cut.buffers.size() > first)
+    // One call made all from `first` on. Wine's Vulkan takes no null ones.
+    if (cut.buffers.size() > first && cut.buffers[first] != VK_NULL_HANDLE)
         device->vk.vkFreeCommandBuffers(device->handle(), command_pool,
                                         static_cast<std::uint32_t>(cut.buffers.size() - first),
                                         &cut.buffers[first]);
@@ -237,13 +244,13 @@ void CommandList::Objects::encode(VkCommandBuffer to, const Command& command, co
             encode_dispatch(to, command, piece);
             break;
         case CommandKind::kFill: {
-            const BufferView& view = command.accesses[0].view;
+            const BufferView view = transferred(command.accesses[0].view, piece);
             vk.vkCmdFillBuffer(to, view.buffer, view.offset, view.bytes, command.fill_word);
             break;
         }
         case CommandKind::kCopy: {
-            const BufferView& from = command.accesses[0].view;
-            const BufferView& target = command.accesses[1].view;
+            const BufferView from = transferred(command.accesses[0].view, piece);
+            const BufferView target = transferred(command.accesses[1].view, piece);
             const VkBufferCopy region{from.offset, target.offset, from.bytes};
             vk.vkCmdCopyBuffer(to, from.buffer, target.buffer, 1, &region);
             break;
@@ -300,6 +307,9 @@ Result<CommandList> CommandList::create(Context& context, std::vector<Command> c
     objects.commands = std::move(commands);
     SPLAT_TRY(objects.make_sets());
     objects.now = objects.cut(0);
+#ifndef NDEBUG
+    SPLAT_TRY(objects.check_estimates());
+#endif
     objects.changes = device.pace.changes();
     SPLAT_TRY(objects.make_command_buffers(objects.now, 0));
     objects.alone = device.info().kind == DeviceKind::kCpu && !context.profiles_levels();

@@ -14,6 +14,7 @@ namespace splat::vk {
 struct ListCut {
     std::vector<Piece> pieces;
     std::vector<PieceSpan> segments;
+    std::vector<double> estimates;         ///< segment by segment, not by what is measured
     double longest = 0;                    ///< segment by the factors of that time, seconds
     std::vector<VkCommandBuffer> buffers;  ///< one per segment
     VkQueryPool queries = VK_NULL_HANDLE;  ///< begin and end of every span; null without profile
@@ -31,6 +32,12 @@ struct CommandList::Objects : NoCopy {
     /// The list in segments that take no longer than one submit may, by what is known of its kernels. The first
     /// `kept` segments stay those of `now`, which has more.
     [[nodiscard]] ListCut cut(std::size_t kept) const;
+    /// All of a command.
+    [[nodiscard]] Piece whole(std::size_t i) const {
+        return {i, {0, 0, 0}, commands[i].groups, commands[i].seconds};
+    }
+    /// kInternal if a kernel takes too long for a submit, by its estimate, and cannot be split.
+    [[nodiscard]] Status check_estimates() const;
     /// Expected time of the longest segment from `first` on.
     [[nodiscard]] double longest(const ListCut& cut, std::size_t first) const;
     /// True if by what was measured since a segment from `first` on would take much longer than one submit may, or the

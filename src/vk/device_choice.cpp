@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "core/os/drivers.h"
+
 namespace splat::vk {
 namespace {
 
@@ -106,7 +108,8 @@ Result<std::vector<std::uint32_t>> devices_to_try(const DeviceDesc& desc,
                        device_kind_name(info.kind),
                        info.usable() ? "" : ", not usable: ", info.reason.c_str());
     return error(Code::kNoDevice, "no Vulkan device %s; found: %s%s", selection_text(desc).c_str(),
-                 list.empty() ? "none; " : list.c_str(), list.empty() ? kInstallDriver : "");
+                 list.empty() ? "none; " : list.c_str(),
+                 list.empty() ? os::install_driver().c_str() : "");
 }
 
 }  // namespace splat::vk

@@ -5,9 +5,11 @@
 #include <cstring>
 #include <mutex>
 
+#include "core/environment.h"
 #include "core/fault.h"
 #include "core/fork.h"
 #include "core/log.h"
+#include "core/os/drivers.h"
 #include "vk/device_exit.h"
 
 namespace splat::vk {
@@ -102,6 +104,12 @@ std::uint32_t validation_layer() {
     return 0;
 }
 
+/// Whether the loader inserts the layer anyway. Wine's Vulkan lists no layers: those of the system below come so.
+bool is_inserted() {
+    return environment("VK_INSTANCE_LAYERS").value_or("").find(kValidationLayer) !=
+           std::string::npos;
+}
+
 /// What the layer is asked to check. Points into itself.
 class LayerFeatures : NoCopy {
   public:
@@ -147,11 +155,7 @@ class LayerFeatures : NoCopy {
 Status load_loader() {
     static const VkResult result = volkInitialize();
     if (result == VK_SUCCESS && !SPLAT_FAULT("vk.loader")) return {};
-    return error(Code::kNoDevice,
-                 "no Vulkan loader found (libvulkan.so.1): install it (Debian and Ubuntu: `apt-get "
-                 "install libvulkan1`, Fedora: `dnf install vulkan-loader`, Mac: the Vulkan SDK); "
-                 "and %s",
-                 kInstallDriver);
+    return Status(Code::kNoDevice, os::no_loader());
 }
 
 /// True if a function that counts and lists extensions has that one.
@@ -233,7 +237,7 @@ Result<std::shared_ptr<Instance>> Instance::get(bool validation) {
 Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     SPLAT_TRY(load_loader());
     const std::uint32_t layer = validation ? validation_layer() : 0;
-    if (validation && layer == 0)
+    if (validation && layer == 0 && !is_inserted())
         return unsupported(
             "validation was requested, but the layer %s is not installed: on Debian `apt-get "
             "install "
@@ -257,7 +261,7 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     const LayerFeatures features(layer, checks);
     if (validation) {
         info.pNext = features.chain();
-        info.enabledLayerCount = 1;
+        info.enabledLayerCount = layer == 0 ? 0 : 1;
         info.ppEnabledLayerNames = &kValidationLayer;
         extensions.insert(extensions.end(), checks.begin(), checks.end());
     }
@@ -273,7 +277,7 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     if (result != VK_SUCCESS)
         return error(Code::kNoDevice,
                      "vkCreateInstance failed with %s: no usable Vulkan driver; %s",
-                     result_name(result), kInstallDriver);
+                     result_name(result), os::install_driver().c_str());
     if (validation) end_devices_before(layer);
     SPLAT_TRY(instance->load_functions());
     if (validation) SPLAT_TRY(instance->create_messenger());

@@ -55,11 +55,6 @@ class Instance : NoCopy {
 /// Warnings and errors of the validation layer in this process so far; each also went to the log.
 std::uint64_t validation_messages();
 
-/// What to install where there is no driver or no device: the end of a sentence.
-inline constexpr const char* kInstallDriver =
-    "install the driver of the GPU's maker, on a Mac MoltenVK; Mesa's mesa-vulkan-drivers (Debian, "
-    "Ubuntu, Fedora) serve AMD and Intel and, by software, machines without a GPU";
-
 /// "VK_ERROR_DEVICE_LOST" and so on.
 const char* result_name(VkResult result);
 

@@ -1,12 +1,28 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <utility>
 
 #include "vk/command_list_objects.h"
 #include "vk/context.h"
 
 namespace splat::vk {
 namespace {
+
+/// A submit in which data put more work than its share takes at most as many times the longest one.
+constexpr double kUneven = 5;
+/// No submit is estimated to take longer by the rates of recorder.h, which leaves a watchdog of 2 s some room.
+constexpr double kMostEstimate = 0.5;
+
+/// Planned seconds of groups of a command if `segments` have its kernel already.
+double planned(const Pace& pace, const Command& command, const Piece& range, int segments) {
+    const double factor = pace.planned(*command.pace, segments);
+    const double even = range.seconds * factor;
+    const bool short_enough = command.seconds * factor <= kUneven * pace.submit_seconds();
+    if (!pace.watched() || short_enough) return even;
+    const double groups = double{1} * range.groups[0] * range.groups[1] * range.groups[2];
+    return std::max(even, command.group_seconds * groups * factor / kUneven);
+}
 
 /// Cuts the pieces of a list into segments.
 class Cutter {
@@ -21,8 +37,9 @@ class Cutter {
     const Pace& pace_;
     const std::vector<Command>& commands_;
     ListCut& cut_;
-    std::size_t first_;   ///< piece of the open segment
-    double seconds_ = 0;  ///< planned, of the open segment
+    std::size_t first_;    ///< piece of the open segment
+    double seconds_ = 0;   ///< planned, of the open segment
+    double estimate_ = 0;  ///< before anything is measured, of the open segment
 };
 
 Cutter::Cutter(const Pace& pace, const std::vector<Command>& commands, ListCut& cut)
@@ -41,24 +58,25 @@ void Cutter::add(Piece range) {
         return;
     }
     const bool whole =
-        command.kind != CommandKind::kDispatch || command.pipeline->interface.uses_num_workgroups;
+        command.pipeline != nullptr && command.pipeline->interface.uses_num_workgroups;
     const double most = pace_.submit_seconds();
     const auto axis =
         static_cast<std::size_t>(std::ranges::max_element(range.groups) - range.groups.begin());
     const bool one = range.groups[axis] == 1;
     while (range.groups[axis] > 0) {
-        const double cost = range.seconds * pace_.planned(*command.pace, command.pace->segments);
-        if (seconds_ > 0 && seconds_ + cost > most) {
+        const double seconds = planned(pace_, command, range, command.pace->segments);
+        if (seconds_ > 0 && seconds_ + seconds > most) {
             close();
             continue;
         }
-        if (whole || one || cost <= most) {
-            seconds_ += cost;
+        if (whole || one || seconds <= most) {
+            seconds_ += seconds;
+            estimate_ += range.seconds;
             cut_.pieces.push_back(range);
             return;
         }
         const std::uint32_t rest = range.groups[axis];
-        const double parts = std::min(std::ceil(cost / most), static_cast<double>(rest));
+        const double parts = std::min(std::ceil(seconds / most), static_cast<double>(rest));
         Piece first = range;
         first.groups[axis] = rest / static_cast<std::uint32_t>(parts);
         first.seconds = range.seconds * first.groups[axis] / rest;
@@ -72,6 +90,7 @@ void Cutter::add(Piece range) {
 void Cutter::close() {
     if (first_ == cut_.pieces.size()) return;
     cut_.segments.push_back({first_, cut_.pieces.size()});
+    cut_.estimates.push_back(std::exchange(estimate_, 0));
     for (; first_ < cut_.pieces.size(); ++first_) {
         KernelPace* kernel = commands_[cut_.pieces[first_].command].pace;
         if (kernel == nullptr || kernel->in_segment == cut_.segments.size()) continue;
@@ -89,14 +108,14 @@ ListCut CommandList::Objects::cut(std::size_t kept) const {
     if (kept > 0) {
         made.pieces.assign(now.pieces.data(), now.pieces.data() + first);
         made.segments.assign(now.segments.data(), now.segments.data() + kept);
+        made.estimates.assign(now.estimates.data(), now.estimates.data() + kept);
         made.buffers.assign(now.buffers.data(), now.buffers.data() + kept);
     }
     Cutter cutter(device->pace, commands, made);
     if (kept > 0)
         for (std::size_t i = first; i < now.pieces.size(); ++i) cutter.add(now.pieces[i]);
     else
-        for (std::size_t i = 0; i < commands.size(); ++i)
-            cutter.add({i, {0, 0, 0}, commands[i].groups, commands[i].seconds});
+        for (std::size_t i = 0; i < commands.size(); ++i) cutter.add(whole(i));
     cutter.close();
     made.longest = longest(made, kept);
     return made;
@@ -114,17 +133,33 @@ double CommandList::Objects::longest(const ListCut& cut, std::size_t first) cons
     return most;
 }
 
+Status CommandList::Objects::check_estimates() const {
+    // What is planned to fit a submit is estimated at no more than its time by the least factor.
+    const double most = std::max(kMostEstimate, device->pace.submit_seconds() / Pace::kLeastFactor);
+    for (std::size_t i = 0; i < now.segments.size(); ++i) {
+        if (now.estimates[i] <= most) continue;
+        const Piece* longest = &now.pieces[now.segments[i].first];
+        for (std::size_t p = now.segments[i].first; p < now.segments[i].last; ++p)
+            if (now.pieces[p].seconds > longest->seconds) longest = &now.pieces[p];
+        const Command& command = commands[longest->command];
+        return error(Code::kInternal,
+                     "%s (%s): a submit is estimated at %.3g s, expected at most %.3g s; give it "
+                     "more workgroups",
+                     command.op.c_str(), command.shader, now.estimates[i], most);
+    }
+    return {};
+}
+
 bool CommandList::Objects::outdated(std::size_t first) const {
     constexpr double kMuchLonger = 1.5;
     const double most = device->pace.submit_seconds();
     if (longest(now, first) > kMuchLonger * std::max(most, now.longest)) return true;
     if (first > 0) return false;
-    double planned = 0;
-    for (const Command& command : commands)
-        if (command.pace != nullptr)
-            planned += command.seconds * device->pace.planned(*command.pace, 0);
+    double all = 0;
+    for (std::size_t i = 0; i < commands.size(); ++i)
+        if (commands[i].pace != nullptr) all += planned(device->pace, commands[i], whole(i), 0);
     // Two segments that follow each other in a new cut take more together than one submit may.
-    return static_cast<double>(now.segments.size()) > 2 * planned / most + 2;
+    return static_cast<double>(now.segments.size()) > 2 * all / most + 2;
 }
 
 void CommandList::Objects::renew(std::size_t first) noexcept {

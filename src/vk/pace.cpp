@@ -18,9 +18,6 @@ constexpr double kCaution = 32;
 /// The time of a segment below this part of the longest says more of the submit than of the kernels, and it harms
 /// nobody: no factor rises by it.
 constexpr double kShort = 1.0 / 32;
-/// Factors do not fall below this, as work is estimated roughly; those of KernelPace::bound not below 1. On the fastest
-/// devices segments are shorter than they might be, but still long beside a submit of 20 us.
-constexpr double kLeastFactor = 0.25;
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <limits>
@@ -13,7 +14,8 @@ struct KernelPace {
     double factor = 1;  ///< time measured / estimated
     /// The factor is not above this: a segment with the kernel took no longer as a whole.
     double most = std::numeric_limits<double>::infinity();
-    bool bound = false;  ///< work is estimated by capacity, so a short time tells nothing of the pace
+    bool bound =
+        false;  ///< work is estimated by capacity, so a short time tells nothing of the pace
 
     double seconds = 0;          ///< estimated, in the segment that is learnt from
     int segments = 0;            ///< with the kernel, in the list that is cut
@@ -27,6 +29,10 @@ struct KernelPace {
 /// segment after; a factor rises at once and falls slowly.
 class Pace {
   public:
+    /// Factors do not fall below this, as work is estimated roughly; those of KernelPace::bound not below 1. On the
+    /// fastest devices segments are shorter than they might be, but still long beside a submit of 20 us.
+    static constexpr double kLeastFactor = 0.25;
+
     /// `watched`: not a CPU device. `submit_seconds`: 0 = 0.1 s, on CPU devices 0.25 s; at least 1 ms.
     explicit Pace(bool watched = true, double submit_seconds = 0);
 
@@ -43,6 +49,11 @@ class Pace {
     /// the time of the segment, by that expected; its kernels share the error in proportion. True if the factor rose.
     bool learn(KernelPace& kernel, double seconds, double ratio);
 
+    /// Note a submit of so many estimated seconds, by no factor.
+    void submitted(double seconds) { longest_ = std::max(longest_, seconds); }
+    /// The longest of them.
+    [[nodiscard]] double longest_estimate() const { return longest_; }
+
     /// Number of changes of factors.
     [[nodiscard]] std::uint64_t changes() const { return changes_; }
 
@@ -52,6 +63,7 @@ class Pace {
   private:
     bool watched_;
     double submit_seconds_;
+    double longest_ = 0;
     std::uint64_t changes_ = 0;
     std::map<std::string, KernelPace> kernels_;
 };

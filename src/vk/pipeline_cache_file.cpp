@@ -4,7 +4,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 
 #include "core/os/file.h"
 #include "core/os/path.h"
@@ -97,9 +96,7 @@ std::optional<std::vector<std::byte>> read_pipeline_cache(const std::string& pat
 
 bool write_pipeline_cache(const std::string& path, const DeviceInfo& info,
                           const std::vector<std::byte>& data) {
-    std::error_code failed;
-    std::filesystem::create_directories(std::filesystem::path(path).parent_path(), failed);
-    if (failed) return false;
+    if (os::make_folders(os::folder_of(path)) != 0) return false;
     // Processes in two containers may have the same number, and a killed one leaves its file.
     std::string part;
     File file{os::kNoHandle};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/checked_math.h"
 #include "vk/context.h"
 #include "vk/hazard.h"
 #include "vk/levels.h"
@@ -34,6 +35,11 @@ std::uint64_t binding_bytes(const DeviceLimits& limits, DescriptorType type) {
         default:
             return limits.max_storage_buffer_bytes;
     }
+}
+
+Groups transfer_groups(const BufferView& view) {
+    const std::uint64_t pieces = ceil_div(view.bytes, kTransferPiece);
+    return {static_cast<std::uint32_t>(std::max<std::uint64_t>(pieces, 1)), 1, 1};
 }
 
 bool overlaps_partly(const BufferView& a, const BufferView& b) {
@@ -132,6 +138,11 @@ Status Recorder::dispatch(const Dispatch& dispatch) {
     command.push = dispatch.push;
     command.groups = dispatch.groups;
     command.work = dispatch.work;
+    if (!(command.work.flops > 0 || command.work.bytes > 0))
+        return error(Code::kInternal, "%s: no estimate of the work of shader %s", dispatch.op,
+                     module->name);
+    if (dispatch.most_group.flops > 0)
+        command.group_seconds = estimated_seconds(device(), used, dispatch.most_group);
     SPLAT_ASSIGN(command.pipeline, context_.pipelines().get(module->name, dispatch.constants));
     SPLAT_TRY(check_declarations(command, dispatch.may_alias));
     SPLAT_TRY(check_limits(command));
@@ -146,6 +157,7 @@ Status Recorder::fill(const BufferView& view, std::uint32_t word) {
     command.op = "fill";
     command.accesses = {write(view)};
     command.fill_word = word;
+    command.groups = transfer_groups(view);
     command.work.bytes = static_cast<double>(view.bytes);
     add(std::move(command), kernels());
     return {};
@@ -160,6 +172,7 @@ Status Recorder::copy(const BufferView& from, const BufferView& to) {
     command.kind = CommandKind::kCopy;
     command.op = "copy";
     command.accesses = {read(from), write(to)};
+    command.groups = transfer_groups(to);
     command.work.bytes = 2.0 * static_cast<double>(from.bytes);
     add(std::move(command), kernels());
     return {};

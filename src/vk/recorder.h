@@ -13,16 +13,17 @@ class Context;
 /// as views.
 ///
 /// The list is cut into segments, one a submit, see pace.h. A dispatch that takes longer than one is split by its
-/// groups, so shaders must not use gl_NumWorkGroups.
+/// groups, so shaders must not use gl_NumWorkGroups. With assertions a dispatch that no split makes short enough for a
+/// watchdog is kInternal in finish().
 class Recorder {
   public:
     explicit Recorder(Context& context) : context_(context) {}
 
     /// Runs the kernel's module for the kernels in use, the plain one where they have none.
     ///
-    /// Errors: kInternal if no module has that stem, if the declarations differ from the shader's
-    /// (count, readonly, writeonly, push bytes) or ranges alias without may_alias; kUnsupported if
-    /// a view exceeds the binding limits or the groups exceed the device's.
+    /// Errors: kInternal if no module has that stem, if the work is not estimated, if the
+    /// declarations differ from the shader's (count, readonly, writeonly, push bytes) or ranges
+    /// alias without may_alias; kUnsupported if a view exceeds the binding limits or the groups exceed the device's.
     Status dispatch(const Dispatch& dispatch);
 
     Status fill(const BufferView& view, std::uint32_t word);

@@ -8,6 +8,19 @@
 #include "vk/command_list_objects.h"
 
 namespace splat::vk {
+namespace {
+
+/// What to do where a loss may be the work of a watchdog. Source: learn.microsoft.com, "TDR registry keys".
+#if defined(_WIN32)
+constexpr const char* kAfterLoss =
+    ". Windows takes a GPU for lost that is busy for 2 s: use smaller images, batches or scenes, "
+    "lower SPLAT_MAX_SUBMIT_MS, or raise TdrDelay (seconds) in the registry's "
+    "HKEY_LOCAL_MACHINE\\SYSTEM\\CurrentControlSet\\Control\\GraphicsDrivers";
+#else
+constexpr const char* kAfterLoss = "";
+#endif
+
+}  // namespace
 
 Queue::~Queue() {
     // A device that neither finishes nor reports its loss hangs here: its objects cannot be destroyed
@@ -62,6 +75,7 @@ Status Queue::submit(CommandList::Objects& objects, std::size_t segment) {
                       .commandBufferCount = 1,
                       .pCommandBuffers = &objects.now.buffers[segment]};
     objects.begins[segment % objects.begins.size()] = device_.pace.now();
+    device_.pace.submitted(objects.now.estimates[segment]);
     const VkResult result = SPLAT_FAULT("vk.queue_submit")
                                 ? VK_ERROR_DEVICE_LOST
                                 : device_.vk.vkQueueSubmit(device_.queue(), 1, &info, fence);
@@ -152,8 +166,9 @@ Status Queue::naming_work(Status status, const CommandList::Objects& objects) {
     if (last != first)
         work += format(" to %s, most of it %s", name(*last).c_str(), name(*longest).c_str());
     return {status.code(),
-            format("%s. Its last work: %s; submit %zu of %zu", status.message().c_str(),
-                   work.c_str(), objects.ended + 1, cut.segments.size())};
+            format("%s. Its last work: %s; submit %zu of %zu%s", status.message().c_str(),
+                   work.c_str(), objects.ended + 1, cut.segments.size(),
+                   status.code() == Code::kDeviceLost ? kAfterLoss : "")};
 }
 
 Status Queue::settle() {

@@ -1,7 +1,5 @@
 #include "api/api_calls.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -9,6 +7,8 @@
 #include <fstream>
 #include <iterator>
 #include <numeric>
+
+#include "support/system.h"
 
 namespace splat::test {
 namespace {
@@ -76,14 +76,14 @@ Temporary::Temporary(const std::string& extension)
     : path_([&] {
           static std::atomic<int> number = 0;
           const std::string name =
-              "splat-api-" + std::to_string(::getpid()) + "-" + std::to_string(number++);
+              "splat-api-" + test::process_text() + "-" + std::to_string(number++);
           return (std::filesystem::temp_directory_path() / (name + extension)).string();
       }()),
-      owner_(::getpid()) {}
+      owner_(os::process_id()) {}
 
 Temporary::~Temporary() {
     std::error_code code;
-    if (owner_ == ::getpid()) std::filesystem::remove_all(path_, code);
+    if (owner_ == os::process_id()) std::filesystem::remove_all(path_, code);
 }
 
 std::string Temporary::operator/(const std::string& name) const {

@@ -223,7 +223,7 @@ class Temporary {
 
   private:
     const std::string path_;
-    const int owner_;  ///< not a child that exits
+    const std::int64_t owner_;  ///< not a child that exits
 };
 
 /// The bytes of a file.

@@ -6,6 +6,7 @@
 
 #include "support/decimal_comma.h"
 #include "support/expect_status.h"
+#include "support/system.h"
 
 namespace splat {
 namespace {
@@ -17,37 +18,40 @@ class Environment : public testing::Test {
     void SetUp() override {
         cache_ = environment("XDG_CACHE_HOME");
         home_ = environment("HOME");
+        local_ = environment("LOCALAPPDATA");
     }
     void TearDown() override {
-        unsetenv(kName);
+        test::unset_variable(kName);
         restore("XDG_CACHE_HOME", cache_);
         restore("HOME", home_);
+        restore("LOCALAPPDATA", local_);
     }
     static void restore(const char* name, const std::optional<std::string>& value) {
-        value ? setenv(name, value->c_str(), 1) : unsetenv(name);
+        value ? test::set_variable(name, *value) : test::unset_variable(name);
     }
     std::optional<std::string> cache_;
     std::optional<std::string> home_;
+    std::optional<std::string> local_;
 };
 
 TEST_F(Environment, UnsetAndEmptyAreNothing) {
-    unsetenv(kName);
+    test::unset_variable(kName);
     EXPECT_EQ(environment(kName), std::nullopt);
-    setenv(kName, "", 1);
+    test::set_variable(kName, "");
     EXPECT_EQ(environment(kName), std::nullopt);
-    setenv(kName, "value", 1);
+    test::set_variable(kName, "value");
     EXPECT_EQ(environment(kName), "value");
 }
 
 TEST_F(Environment, PositiveNumbersOnly) {
-    unsetenv(kName);
+    test::unset_variable(kName);
     EXPECT_EQ(environment_positive(kName, 3.5).value(), 3.5);
     for (const auto& [text, value] : {std::pair{"2", 2.0}, {"0.25", 0.25}, {"1e3", 1000.0}}) {
-        setenv(kName, text, 1);
+        test::set_variable(kName, text);
         EXPECT_EQ(environment_positive(kName, 1).value(), value);
     }
     for (const char* text : {"0", "-1", "abc", "1x", "inf", "nan", "1e999"}) {
-        setenv(kName, text, 1);
+        test::set_variable(kName, text);
         const auto result = environment_positive(kName, 1);
         ASSERT_FALSE(result.ok()) << text;
         EXPECT_EQ(result.status().code(), Code::kInvalidArgument);
@@ -59,21 +63,32 @@ TEST_F(Environment, PositiveNumbersOnly) {
 TEST_F(Environment, NumbersHaveDecimalPointsInAnyLocale) {
     const test::DecimalComma comma;
     if (!comma) GTEST_SKIP() << "no locale with decimal commas: install locales";
-    setenv(kName, "0.25", 1);
+    test::set_variable(kName, "0.25");
     EXPECT_EQ(environment_positive(kName, 1).value(), 0.25);
 }
 
-TEST_F(Environment, CacheFolderFollowsXdgThenHome) {
-    setenv("XDG_CACHE_HOME", "/x", 1);
-    setenv("HOME", "/h", 1);
-    EXPECT_EQ(user_cache_folder(), "/x/libsplat");
-    setenv("XDG_CACHE_HOME", "relative/x", 1);
-    EXPECT_EQ(user_cache_folder(), "/h/.cache/libsplat");
-    unsetenv("XDG_CACHE_HOME");
-    EXPECT_EQ(user_cache_folder(), "/h/.cache/libsplat");
-    unsetenv("HOME");
+#if defined(_WIN32)
+TEST_F(Environment, CacheFolderFollowsLocalApplicationData) {
+    test::set_variable("LOCALAPPDATA", R"(C:\l)");
+    EXPECT_EQ(user_cache_folder(), R"(C:\l/libsplat)");
+    test::set_variable("LOCALAPPDATA", R"(relative\l)");
+    EXPECT_EQ(user_cache_folder(), std::nullopt);
+    test::unset_variable("LOCALAPPDATA");
     EXPECT_EQ(user_cache_folder(), std::nullopt);
 }
+#else
+TEST_F(Environment, CacheFolderFollowsXdgThenHome) {
+    test::set_variable("XDG_CACHE_HOME", "/x");
+    test::set_variable("HOME", "/h");
+    EXPECT_EQ(user_cache_folder(), "/x/libsplat");
+    test::set_variable("XDG_CACHE_HOME", "relative/x");
+    EXPECT_EQ(user_cache_folder(), "/h/.cache/libsplat");
+    test::unset_variable("XDG_CACHE_HOME");
+    EXPECT_EQ(user_cache_folder(), "/h/.cache/libsplat");
+    test::unset_variable("HOME");
+    EXPECT_EQ(user_cache_folder(), std::nullopt);
+}
+#endif
 
 }  // namespace
 }  // namespace splat

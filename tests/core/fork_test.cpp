@@ -1,29 +1,22 @@
 #include "core/fork.h"
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <thread>
 #include <vector>
 
+#include "support/system.h"
+
 namespace splat {
 namespace {
 
-/// Run `body` in a forked child. Returns what it returns, or -1 if the child did not end by itself.
-template <class Body>
-int in_child(Body&& body) {
-    const pid_t child = fork();
-    if (child == 0) _exit(body());
-    int status = 0;
-    EXPECT_EQ(waitpid(child, &status, 0), child);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
+using test::in_child;
 
 std::atomic<int> g_calls{0};
 
 TEST(Fork, CountsGenerations) {
+    SPLAT_NEED_FORK();
     const std::uint32_t before = fork_generation();
     EXPECT_EQ(in_child([&] {
                   const int inner =
@@ -35,6 +28,7 @@ TEST(Fork, CountsGenerations) {
 }
 
 TEST(Fork, CallsFunctionsInTheChildOnly) {
+    SPLAT_NEED_FORK();
     at_fork_in_child([] { g_calls.fetch_add(1); });
     EXPECT_EQ(in_child([] { return g_calls.load(); }), 1);
     EXPECT_EQ(g_calls, 0);
@@ -42,6 +36,7 @@ TEST(Fork, CallsFunctionsInTheChildOnly) {
 
 /// Other threads hold it in turns, shared and not, when the process forks.
 TEST(Fork, ChildFindsMutexesFreeAndDataWhole) {
+    SPLAT_NEED_FORK();
     struct Guarded {
         ForkMutex mutex;
         int a = 0, b = 0;  // equal whenever nobody holds it exclusively
@@ -62,7 +57,7 @@ TEST(Fork, ChildFindsMutexesFreeAndDataWhole) {
     });
     for (int round = 0; round < 20; ++round)
         EXPECT_EQ(in_child([&] {
-                      alarm(60);  // ends a child that waits for a thread that is not there
+                      test::end_after(60);  // a child may wait for a thread that is not there
                       const std::lock_guard lock(guarded.mutex);
                       return guarded.a == guarded.b ? 0 : 1;
                   }),

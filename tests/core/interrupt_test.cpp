@@ -45,9 +45,9 @@ TEST(Interrupt, IsRaisedBySignalHandlers) {
     one.name(0x3000, kKind);
     const std::uint64_t before_signal = one.count();
     const auto before =
-        std::signal(SIGUSR1, [](int) { static_cast<void>(Interrupt::raise(0x3000, kKind)); });
-    EXPECT_EQ(std::raise(SIGUSR1), 0);
-    std::signal(SIGUSR1, before);
+        std::signal(SIGTERM, [](int) { static_cast<void>(Interrupt::raise(0x3000, kKind)); });
+    EXPECT_EQ(std::raise(SIGTERM), 0);
+    std::signal(SIGTERM, before);
     EXPECT_EQ(one.count(), before_signal + 1);
 }
 

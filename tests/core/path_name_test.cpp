@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/os/path.h"
 #include "support/expect_status.h"
 #include "support/hostile_names.h"
 
@@ -31,6 +32,16 @@ TEST(PathName, EncodesWhatLeadsElsewhere) {
     EXPECT_EQ(text_of(""), "%");
 }
 
+TEST(PathName, EncodesDevicesOfWindows) {
+    EXPECT_EQ(text_of("aux"), "%61ux");
+    EXPECT_EQ(text_of("NUL"), "%4EUL");
+    EXPECT_EQ(text_of("con.png"), "%63on.png");
+    EXPECT_EQ(text_of("Com7 .tar.gz"), "%43om7 .tar.gz");
+    EXPECT_EQ(text_of("lpt\xC2\xB2"), "%6Cpt\xC2\xB2");
+    for (const char* name : {"auxiliary", "com", "com0", "com10", "nul_1", "a.con", "lpt.1"})
+        EXPECT_EQ(text_of(name), name);
+}
+
 TEST(PathName, DifferentNamesAreDifferentPartsOfAPath) {
     std::set<std::string> seen;
     for (const std::string& name : test::hostile_names()) {
@@ -40,6 +51,7 @@ TEST(PathName, DifferentNamesAreDifferentPartsOfAPath) {
         const std::filesystem::path path = std::filesystem::path("out") / PathName(name);
         EXPECT_EQ(path.parent_path(), "out") << name;
         EXPECT_EQ(path.lexically_normal(), path) << name;
+        EXPECT_FALSE(os::is_reserved_name(text)) << name;
         EXPECT_TRUE(std::none_of(text.begin(), text.end(), [](char c) {
             return static_cast<unsigned char>(c) < 0x20 || c == '\\' || c == ':';
         })) << text;
@@ -48,9 +60,29 @@ TEST(PathName, DifferentNamesAreDifferentPartsOfAPath) {
 }
 
 TEST(PathName, PathsOfDataLieBelow) {
-    for (const char* path : {"a", "a/b.png", "./a", "a..b/c"}) EXPECT_OK(check_below(path));
-    for (const char* path : {"", "..", "../a", "a/../../b", "/a"})
+    for (const char* path : {"a", "a/b.png", "./a", "a..b/c", "a/", "aux/b", "a/12:30.png"})
+        EXPECT_OK(check_below(path));
+    for (const std::string path : {"", "..", "../a", "a/../../b", "/a", "a/.."})
         EXPECT_ERROR(check_below(path), Code::kFormat, "expected one below the folder of the data");
+}
+
+TEST(PathName, PathsOfDataAreThoseOfEverySystem) {
+    for (const char* path : {"../images/a.png", "/data/a.png", "aux.png", "a b/ü.png", ""})
+        EXPECT_OK(check_portable(path));
+    for (const char* path :
+         {"a\\b.png", "..\\..\\x", "C:x", "c:/x", "C:\\x", "a/C:x", "\\\\host\\x", "//host/x"}) {
+        EXPECT_ERROR(check_portable(path), Code::kFormat, "expected one with '/' between folders");
+        EXPECT_ERROR(check_below(path), Code::kFormat, "which every system reads alike");
+    }
+    EXPECT_ERROR(check_portable({"a\0b", 3}), Code::kFormat, "the path 'a?b'");
+}
+
+TEST(PathName, NamesInFolders) {
+    for (const char* name : {"a", ".a", "a..", "NUL", "con.png", "12:30", "a b "})
+        EXPECT_TRUE(is_name_in_folder(name)) << name;
+    for (const char* name : {"", ".", "..", "a/b", "/", "a\\b", "\\", "C:", "c:x"})
+        EXPECT_FALSE(is_name_in_folder(name)) << name;
+    EXPECT_FALSE(is_name_in_folder({"a\0", 2}));
 }
 
 }  // namespace

@@ -11,6 +11,12 @@ namespace {
 namespace fs = std::filesystem;
 using namespace test;
 
+/// The library of mingw copies over no file.
+void replace_by_copy(const fs::path& from, const fs::path& to) {
+    fs::remove(to);
+    fs::copy_file(from, to);
+}
+
 class DatasetCheck : public testing::Test {
   protected:
     void SetUp() override { write_all(sample_cars(folder_.path())); }
@@ -112,14 +118,12 @@ TEST_F(DatasetCheck, FindsAnObjectOfOneView) {
 }
 
 TEST_F(DatasetCheck, WarnsOfDuplicateViews) {
-    fs::copy_file(object_ / "rgb/000000.png", object_ / "rgb/000002.png",
-                  fs::copy_options::overwrite_existing);
+    replace_by_copy(object_ / "rgb/000000.png", object_ / "rgb/000002.png");
     expect(nullptr, "1 of 3 images are duplicates");
 }
 
 TEST_F(DatasetCheck, WarnsOfDuplicatePoses) {
-    fs::copy_file(object_ / "pose/000000.txt", object_ / "pose/000002.txt",
-                  fs::copy_options::overwrite_existing);
+    replace_by_copy(object_ / "pose/000000.txt", object_ / "pose/000002.txt");
     expect(nullptr, "views 0 and 2 have the same pose");
 }
 
@@ -135,8 +139,7 @@ TEST_F(DatasetCheck, ListsTenAndCountsTheRest) {
     ASSERT_OK(synthetic::write_object(desc, 0));
     const fs::path poses = other / "srn_cars/cars_train/000000_car/pose";
     for (int view = 1; view < 25; ++view)
-        fs::copy_file(poses / "000000.txt", poses / format("%06d.txt", view),
-                      fs::copy_options::overwrite_existing);
+        replace_by_copy(poses / "000000.txt", poses / format("%06d.txt", view));
     DatasetDesc opened;
     opened.path = other.path().string();
     const auto dataset = need(Dataset::open(opened));

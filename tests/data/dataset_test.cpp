@@ -143,7 +143,7 @@ TEST(Srn, TellsAMissingSplitFromADamagedOne) {
     EXPECT_FALSE(lacks()) << "its maps are missing";
     EXPECT_ERROR(Dataset::open(desc), Code::kNotFound,
                  "maps requested: depth; every object has: none; missing: '" +
-                     (folder / "cars_val/a/depth").string());
+                     (folder / "cars_val/a/depth").generic_string());
 }
 
 TEST(Srn, NamesWhatIsWrong) {

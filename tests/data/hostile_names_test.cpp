@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <climits>
 
+#include "core/os/path.h"
 #include "core/path_name.h"
 #include "data/dataset_export.h"
 #include "data/sample_formats.h"
@@ -13,6 +13,7 @@
 #include "support/expect_status.h"
 #include "support/hostile_names.h"
 #include "support/parsed_json.h"
+#include "support/system.h"
 #include "synthetic/sample_folder.h"
 
 namespace splat::data {
@@ -28,7 +29,8 @@ std::vector<std::string> names_if(bool (*wanted)(const std::string&)) {
 }
 
 bool fits_on_disk(const std::string& name) {
-    return name.front() != '.' && name.find('/') == std::string::npos && name.size() <= NAME_MAX;
+    return name.front() != '.' && name.find('/') == std::string::npos &&
+           name.size() <= os::kLongestName;
 }
 
 bool is_text(const std::string& name) {
@@ -81,6 +83,7 @@ void expect_below(Dataset& dataset, const fs::path& root, Layout layout) {
 
 TEST(HostileNames, OfFolders) {
     const SampleFolder folder;
+    SPLAT_NEED_LINKS(folder.path().string());
     const std::vector<std::string> names = names_if(fits_on_disk);
     ASSERT_GT(names.size(), 90U);
     put_srn(folder.path(), names);
@@ -93,6 +96,7 @@ TEST(HostileNames, OfFolders) {
 
 TEST(HostileNames, OfTables) {
     const SampleFolder folder;
+    SPLAT_NEED_LINKS(folder.path().string());
     const std::vector<std::string> names = names_if(is_text);
     ASSERT_GT(names.size(), 170U);
     ASSERT_NO_FATAL_FAILURE(put_store(folder.path(), names));
@@ -109,6 +113,7 @@ TEST(HostileNames, OfTables) {
 
 TEST(HostileNames, TwoThatBecomeOneAreRefused) {
     const SampleFolder folder;
+    SPLAT_NEED_LINKS(folder.path().string());
     const std::string cut = PathName(std::string(300, 'a')).text();
     ASSERT_NO_FATAL_FAILURE(put_store(folder.path(), {std::string(300, 'a'), cut}));
     ExportDesc desc;
@@ -136,7 +141,7 @@ TEST(HostileNames, TwoThatBecomeOneAreRefused) {
 TEST(HostileNames, OfListsAndArraysAreThoseOfFolders) {
     const SampleFolder nmr, co3d;
     test::put_nmr(nmr.path(), test::kPose, 12);
-    for (const char* name : {"../b", "/b", ".b"}) {
+    for (const char* name : {"../b", "/b", ".b", "..\\b", "C:b", "\\\\host\\b"}) {
         test::put_text(nmr / "02691156/softras_train.lst", name);
         EXPECT_ERROR(test::data_status(nmr.path()), Code::kFormat, "is not the name of a folder");
         test::Co3dSample sample{.r = {1, 0, 0, 0, 1, 0, 0, 0, 1}, .t = {0, 0, 3}, .focal = {2, 2}};

@@ -99,7 +99,7 @@ TEST_F(PhotoMaps, AreReducedWithThePhotographs) {
 TEST_F(PhotoMaps, SayWhatIsWrong) {
     put_depth("b.png");
     refuse(Code::kNotFound, "1 of 2 maps of depth are missing, such as '" +
-                                (folder_ / "depth/c.png").string() + "'");
+                                (folder_ / "depth/c.png").generic_string() + "'");
     put_depth("c.png", 8, 3);
     refuse(Code::kFormat, "depth/c.png': 3 channels, expected 1");
     put_depth("c.png", 8, 1, 9);

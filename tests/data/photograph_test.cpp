@@ -36,7 +36,7 @@ class PhotographRules : public testing::Test {
     void TearDown() override { fs::remove_all(folder_); }
 
     std::string save(const char* name, const io::Image& image) {
-        const std::string path = folder_ / name;
+        const std::string path = (folder_ / name).string();
         EXPECT_OK(io::write_file(path, need(io::write_png(image))));
         return path;
     }

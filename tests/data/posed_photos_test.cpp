@@ -230,7 +230,7 @@ TEST(PosedPhotos, MasksLeavePixelsOut) {
     put_mask("c.png", 255);
     const Options options{.masks = (folder / "masks").string()};
     EXPECT_ERROR(status_of(folder.path(), options), Code::kNotFound,
-                 "1 of 4 masks are missing, such as '" + (folder / "masks/d.png").string());
+                 "1 of 4 masks are missing, such as '" + (folder / "masks/d.png").generic_string());
     put_mask("d.png", 0);
     const PosedPhotos read = load(folder.path(), options);
     EXPECT_EQ(names_of(read), "a*bc");
@@ -338,6 +338,24 @@ TEST(PosedPhotos, OfTransformsHaveMasksAndPoints) {
     EXPECT_EQ(colored.colors[1], (std::array<std::uint8_t, 3>{7, 8, 9}));
     put_transforms(folder / "transforms.json", "", 3, R"("mask_path": "none.png", )");
     EXPECT_ERROR(status_of(folder.path()), Code::kNotFound, "3 of 3 masks are missing");
+}
+
+TEST(PosedPhotos, NamesAreThoseOfEverySystem) {
+    const SampleFolder folder;
+    put_numbered(folder / "images/", 3);
+    const auto refused = [&folder](const std::string& members, const std::string& of_frames,
+                                   const std::string& names) {
+        put_transforms(folder / "transforms.json", members, 3, of_frames, names);
+        EXPECT_ERROR(status_of(folder.path()), Code::kFormat, "expected one with '/'") << names;
+    };
+    put_transforms(folder / "transforms.json", "", 3, "",
+                   "../" + folder.path().filename().string() + "/images/");
+    EXPECT_EQ(load(folder.path()).photos.size(), 3U) << "a path of the data's author may leave it";
+    for (const char* names : {R"(images\\)", R"(..\\..\\)", "C:", R"(\\\\host\\)", "//host/"}) {
+        refused("", "", names);
+        refused("", R"("mask_path": ")" + std::string(names) + "m.png\", ", "images/");
+        refused(R"("ply_file_path": ")" + std::string(names) + "p.ply\", ", "", "images/");
+    }
 }
 
 TEST(PosedPhotos, SayWhatIsWrong) {

@@ -105,6 +105,25 @@ TEST_F(EvaluatorTest, DrawsMoreCamerasThanOneGroup) {
     EXPECT_EQ(scores.ledger.gaussians, 256U);
 }
 
+TEST_F(EvaluatorTest, ShortSubmitsGiveTheSameImages) {
+    ASSERT_NO_FATAL_FAILURE(fill(0.01F));
+    const predict::Views views = many_views();
+    ObjectScores scores;
+    const auto expected = need(draw_object(*context_, *network_, views, scores));
+    vk::ContextDesc desc = test::context_desc();
+    desc.device.max_submit_ns = 2'000'000;
+    const auto brief = test::make_context(desc);
+    auto other = need(predict::Predictor::create(*brief, settings_));
+    std::swap(network_, other);
+    ASSERT_NO_FATAL_FAILURE(fill(0.01F));
+    std::swap(network_, other);
+    EXPECT_EQ(need(draw_object(*brief, *other, views, scores)), expected);
+    const vk::Pace& pace = brief->device().pace;
+    if (!pace.watched()) {
+        EXPECT_LE(pace.longest_estimate(), pace.submit_seconds());
+    }
+}
+
 /// Predicts another picture when the mutex is free, which is where draw_object() lets others in.
 struct OtherPrediction : vk::DeferredWork {
     OtherPrediction(predict::Predictor& taken, const predict::Views& given, std::atomic<int>& done)

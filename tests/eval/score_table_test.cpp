@@ -2,14 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 
 #include "support/decimal_comma.h"
 #include "support/expect_status.h"
 #include "support/hostile_names.h"
+#include "support/system.h"
 
 namespace splat::eval {
 namespace {
@@ -31,7 +30,7 @@ class ScoreTableTest : public testing::Test {
     }
 
     std::filesystem::path folder_ =
-        std::filesystem::temp_directory_path() / ("splat-scores-" + std::to_string(::getpid()));
+        std::filesystem::temp_directory_path() / ("splat-scores-" + test::process_text());
 };
 
 TEST_F(ScoreTableTest, ReadsBothFormats) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "core/os/path.h"
 #include "io/file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
@@ -24,7 +25,7 @@ int main(int argc, char** argv) {
     std::vector<std::string> paths;
     std::error_code failed;
     for (const auto& entry : std::filesystem::directory_iterator(argv[1], failed))
-        paths.push_back(entry.path());
+        paths.push_back(splat::os::text_of(entry.path()));
     std::sort(paths.begin(), paths.end());
     for (const std::string& path : paths) {
         const auto file = splat::io::read_file(path);

@@ -1,17 +1,19 @@
 #include "io/file.h"
 
 #include <gtest/gtest.h>
-#include <sys/stat.h>
 
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
 
 #include "core/fault.h"
+#include "core/os/path.h"
+#include "io/folder.h"
 #include "io/reader.h"
 #include "io/sample_files.h"
 #include "io/sample_scene.h"
 #include "support/expect_status.h"
+#include "support/system.h"
 
 namespace splat::io {
 namespace {
@@ -44,9 +46,56 @@ TEST_F(File, NewFilesReplaceNone) {
     EXPECT_ERROR(write_new_file(path("none/a"), bytes_of("x")), Code::kNotFound, "No such file");
 }
 
+#if defined(_WIN32)
+TEST_F(File, NamesOfDevicesAreRefused) {
+    for (const char* name : {"NUL", "con.png", "a.", "a?.ply"}) {
+        EXPECT_ERROR(write_file(path(name), bytes_of("x")), Code::kIo,
+                     std::string(name) + "': Windows takes no such name");
+        EXPECT_ERROR(make_folders(path(name)), Code::kIo, "Windows takes no such name");
+    }
+    EXPECT_EQ(files(), 0U);
+}
+
+TEST_F(File, WhatAnotherProgramHasOpenStays) {
+    ASSERT_OK(write_file(path("a"), bytes_of("old")));
+    {
+        const std::ifstream other(
+            path("a"));  // which the C library opens so that none may replace it
+        EXPECT_ERROR(write_file(path("a"), bytes_of("new")), Code::kIo,
+                     "another program has it open; close it there");
+        EXPECT_EQ(files(), 1U) << "the temporary file is gone";
+    }
+    EXPECT_EQ(as_text(need(read_file(path("a")))), "old");
+    EXPECT_OK(write_file(path("a"), bytes_of("new")));
+}
+#endif
+
+TEST_F(File, FoldersAreMade) {
+    EXPECT_OK(make_folders(path("a/b/c")));
+    EXPECT_OK(make_folders(path("a/b/c/")));
+    EXPECT_OK(make_folders(path("a")));
+#if !defined(_WIN32)  // which takes a letter and a colon for a drive
+    EXPECT_OK(make_folders(path("a/x/c:/")));
+#endif
+    ASSERT_OK(write_file(path("file"), bytes_of("x")));
+    EXPECT_ERROR(make_folders(path("file")), Code::kNotFound, "Not a directory");
+    EXPECT_ERROR(make_folders(path("file/a")), Code::kNotFound, "Not a directory");
+    EXPECT_ERROR(make_folders(""), Code::kIo, "cannot create the folder ''");
+    const auto write = [this](const fs::path& to) -> Status {
+        SPLAT_TRY(make_folders(to / "below"));
+        SPLAT_TRY(write_new_file((to / "below/a").string(), bytes_of("x")));
+        return fs::exists(path("fails")) ? damaged("no") : Status();
+    };
+    EXPECT_OK(write_folder(path("new"), path(".new.tmp"), write));
+    EXPECT_TRUE(fs::exists(path("new/below/a")));
+    ASSERT_OK(write_file(path("fails"), bytes_of("x")));
+    EXPECT_ERROR(write_folder(path("other"), path(".other.tmp"), write), Code::kFormat, "no");
+    EXPECT_EQ(files(), 4U) << "the temporary folder is gone";
+}
+
 TEST_F(File, RefusesWhatItCannotRead) {
     EXPECT_ERROR(read_file(path("none")), Code::kNotFound, "No such file");
-    EXPECT_ERROR(read_file(folder_), Code::kIo, "not a regular file");
+    EXPECT_ERROR(read_file(folder_.string()), Code::kIo, "not a regular file");
     ASSERT_OK(write_file(path("a"), bytes_of("12345")));
     EXPECT_OK(read_file(path("a"), 5));
     EXPECT_ERROR(read_file(path("a"), 4), Code::kUnsupported, "5 bytes, the limit is 4");
@@ -60,7 +109,7 @@ TEST_F(File, RefusesWhereItCannotWrite) {
 }
 
 TEST_F(File, DoesNotWaitForAFifo) {
-    ASSERT_EQ(::mkfifo(path("fifo").c_str(), 0600), 0);
+    SPLAT_NEED_FIFO(path("fifo"));
     EXPECT_ERROR(read_file(path("fifo")), Code::kIo, "not a regular file");
     EXPECT_ERROR(open_source(path("fifo")), Code::kIo, "not a regular file");
     EXPECT_ERROR(write_file(path("fifo"), bytes_of("x")), Code::kIo, "not a regular file");
@@ -69,6 +118,7 @@ TEST_F(File, DoesNotWaitForAFifo) {
 }
 
 TEST_F(File, KeepsLinksAndPermissions) {
+    SPLAT_NEED_LINKS(folder_.string());
     fs::create_directories(folder_ / "deep");
     ASSERT_OK(write_file(path("deep/target"), bytes_of("old")));
     fs::permissions(path("deep/target"), fs::perms{0640});
@@ -101,7 +151,7 @@ TEST_F(File, TakesTheLongestNames) {
 TEST_F(File, PassesTemporariesOfAKilledProcessOfTheSameNumber) {
     constexpr int kLeft = 1000;
     const auto left = [this](int k) {
-        return path("x." + std::to_string(getpid()) + "-" + std::to_string(k) + ".tmp");
+        return path("x." + test::process_text() + "-" + std::to_string(k) + ".tmp");
     };
     for (int k = 0; k < kLeft; ++k) std::ofstream(left(k)) << "part";
     ASSERT_OK(write_file(path("x"), bytes_of("whole")));
@@ -136,7 +186,7 @@ TEST_F(File, IsReadPieceByPiece) {
     Buffer part(5);
     EXPECT_ERROR(file->read(0, part), Code::kIo, "became shorter");
     EXPECT_FALSE(open_source(path("none")).ok());
-    EXPECT_FALSE(open_source(folder_).ok());
+    EXPECT_FALSE(open_source(folder_.string()).ok());
     EXPECT_ERROR(open_source(path("a"), 2), Code::kUnsupported, "the limit is 2");
 }
 
@@ -157,7 +207,12 @@ TEST_F(File, IsMappedAsItWas) {
     source.reset();
     ASSERT_NE(mapped, nullptr);
     EXPECT_EQ(as_text(mapped->bytes()), "first");
-    ASSERT_OK(write_file(path("a"), bytes_of("other")));  // another file of that name
+    const Status replaced = write_file(path("a"), bytes_of("other"));  // another file of that name
+#if defined(_WIN32)
+    if (!replaced.ok())
+        GTEST_SKIP() << "this Windows replaces no mapped file: " << replaced.message();
+#endif
+    ASSERT_OK(replaced);
     EXPECT_OK(mapped->unchanged());
     EXPECT_EQ(as_text(mapped->bytes()), "first");
 
@@ -176,8 +231,9 @@ TEST_F(File, IsMappedAsItWas) {
 TEST_F(File, ErrorsOfTheSystemHaveCodes) {
     EXPECT_ERROR(system_error(ENOENT, "open", "a"), Code::kNotFound, "cannot open 'a': No such");
     const Status longer = read_file(std::string(1'000'000, 'a')).status();
-    EXPECT_ERROR(longer, Code::kIo, "aaa...': File name too long");
-    EXPECT_LT(longer.message().size(), 5000U);
+    EXPECT_ERROR(longer, Code::kIo, "aaa...': File");
+    EXPECT_ERROR(longer, Code::kIo, "name too long");
+    EXPECT_LT(longer.message().size(), os::kLongestPath + 1000);
     EXPECT_ERROR(system_error(ENOTDIR, "open", "a/b"), Code::kNotFound, "Not a directory");
     EXPECT_ERROR(system_error(ENOSPC, "write", "a"), Code::kIo, "No space left");
     EXPECT_ERROR(system_error(EACCES, "open", "a"), Code::kIo, "denied");
@@ -190,23 +246,30 @@ TEST_F(File, AppendsWholePieces) {
     ASSERT_OK(append_file(path("log"), bytes_of("two\n")));
     EXPECT_EQ(as_text(read_file(path("log")).value()), "one\ntwo\n");
     EXPECT_ERROR(append_file(path("none/a"), bytes_of("x")), Code::kNotFound, "No such file");
-    EXPECT_ERROR(append_file(folder_, bytes_of("x")), Code::kIo, "Is a directory");
-    ASSERT_EQ(::mkfifo(path("fifo").c_str(), 0600), 0);
+    EXPECT_ERROR(append_file(folder_.string(), bytes_of("x")), Code::kIo, "Is a directory");
+    SPLAT_NEED_FIFO(path("fifo"));
     EXPECT_ERROR(append_file(path("fifo"), bytes_of("x")), Code::kIo, "not a regular file");
 }
+
+#if defined(_WIN32)
+#define SPLAT_NEED_DISK_FAULTS() GTEST_SKIP() << "programs do not replace calls of this system"
+#else
+#define SPLAT_NEED_DISK_FAULTS() static_cast<void>(0)
+#endif
 
 /// Writes below a folder fail, see support/disk_faults.cpp.
 class BadDisk {
   public:
     explicit BadDisk(const std::string& fault, const fs::path& folder) {
-        ::setenv("DISK_FAULTS", (fault + ":" + folder.string()).c_str(), 1);
+        test::set_variable("DISK_FAULTS", (fault + ":" + folder.string()));
     }
     BadDisk(const BadDisk&) = delete;
     BadDisk& operator=(const BadDisk&) = delete;
-    ~BadDisk() { ::unsetenv("DISK_FAULTS"); }
+    ~BadDisk() { test::unset_variable("DISK_FAULTS"); }
 };
 
 TEST_F(File, GoesOnAfterPartsAndSignals) {
+    SPLAT_NEED_DISK_FAULTS();
     std::string text;
     for (int i = 0; i < 1000; ++i) text += std::to_string(i) + " ";
     {
@@ -220,6 +283,7 @@ TEST_F(File, GoesOnAfterPartsAndSignals) {
 }
 
 TEST_F(File, AFullDiskTakesNoPart) {
+    SPLAT_NEED_DISK_FAULTS();
     for (const char* name : {"a", "log"}) ASSERT_OK(write_file(path(name), bytes_of("old")));
     for (const char* fault : {"full:1", "error:1", "error:2"}) {
         const char* const reason = *fault == 'f' ? "No space left" : "Input/output error";

@@ -221,7 +221,7 @@ TEST(RealImages, EveryPngIsRead) {
     for (const auto& entry :
          std::filesystem::recursive_directory_iterator(*test::real_data_folder())) {
         if (entry.path().extension() != ".png" || entry.file_size() > 500000) continue;
-        const auto file = need(read_file(entry.path()));
+        const auto file = need(read_file(entry.path().string()));
         const auto image = read_png(file);
         EXPECT_OK(image) << entry.path();
         ++files;

@@ -1,12 +1,12 @@
 #include "io/sample_files.h"
 
-#include <unistd.h>
 #include <zlib.h>
 
 #include <vector>
 
 #include "io/compress.h"
 #include "io/number_type.h"
+#include "support/system.h"
 
 namespace splat::test {
 namespace {
@@ -27,7 +27,7 @@ std::size_t range_count(const CompressedPlyLayout& layout) {
 
 void FolderTest::SetUp() {
     folder_ = std::filesystem::temp_directory_path() /
-              ("splat-io-" + std::to_string(::getpid()) + "-" +
+              ("splat-io-" + test::process_text() + "-" +
                testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::create_directories(folder_);
 }

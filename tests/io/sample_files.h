@@ -15,7 +15,9 @@ class FolderTest : public testing::Test {
   protected:
     void SetUp() override;
     void TearDown() override { std::filesystem::remove_all(folder_); }
-    [[nodiscard]] std::string path(const std::string& name) const { return folder_ / name; }
+    [[nodiscard]] std::string path(const std::string& name) const {
+        return (folder_ / name).string();
+    }
 
     std::filesystem::path folder_;
 };

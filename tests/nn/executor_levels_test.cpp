@@ -10,6 +10,7 @@
 #include "support/parsed_json.h"
 #include "support/require_vulkan.h"
 #include "support/rng_fill.h"
+#include "support/system.h"
 
 namespace splat::test {
 namespace {
@@ -132,15 +133,15 @@ TEST_P(ExecutorLevels, TakeWhatOthersDoWhereMemoryIsShort) {
     const Outcome most = run_chain(open(true), 3, winograd);
     EXPECT_GT(most.arenas, least.arenas);
 
-    setenv("SPLAT_LEVELS_MEMORY", "1e-9", 1);
+    test::set_variable("SPLAT_LEVELS_MEMORY", "1e-9");
     const Outcome bounded = run_chain(open(true), 3, winograd);
-    setenv("SPLAT_LEVELS_MEMORY", "0", 1);
+    test::set_variable("SPLAT_LEVELS_MEMORY", "0");
     const auto levelled = open(true);
     const nn::Graph empty(*levelled);
     nn::Parameters none = need(nn::Parameters::create(*levelled, empty));
     EXPECT_ERROR(nn::Executor::create(*levelled, empty, none, {}), Code::kInvalidArgument,
                  "SPLAT_LEVELS_MEMORY is '0'");
-    unsetenv("SPLAT_LEVELS_MEMORY");
+    test::unset_variable("SPLAT_LEVELS_MEMORY");
     expect_same_bits(least, bounded);
     EXPECT_EQ(bounded.arenas, least.arenas);
     EXPECT_LE(bounded.levels, least.levels);

@@ -70,7 +70,7 @@ TEST_F(PredictorTest, PredictsTheOutputsOfItsModel) {
     EXPECT_OK(context_->read(outputs.opacities, opacities.data(), opacities.size() * 4));
     EXPECT_EQ(scene.means, means);
     for (std::size_t i = 0; i < scales.size(); ++i)
-        EXPECT_EQ(scene.log_scales[i], std::log(scales[i])) << i;
+        EXPECT_EQ(scene.log_scales[i], static_cast<float>(std::log(double{scales[i]}))) << i;
     for (std::size_t i = 0; i < 256; ++i)
         EXPECT_NEAR(scene::opacity_of(static_cast<double>(scene.opacity_logits[i])), opacities[i],
                     1e-6);

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "support/expect_status.h"
+#include "support/system.h"
 
 namespace splat::prior_models {
 namespace {
@@ -126,6 +127,17 @@ TEST(Preset, TakesHashesInCapitals) {
         EXPECT_ERROR(with_hash(wrong), Code::kInvalidArgument, "expected 64 hexadecimal digits");
 }
 
+TEST(Preset, NamesAFileInTheFolderOfModels) {
+    const auto with_name = [](const std::string& name) {
+        return preset_of(changed("\"outputs\"", R"("file": {"name": ")" + name +
+                                                    R"(", "url": "https://a/a"}, "outputs")"));
+    };
+    EXPECT_EQ(need(with_name("a.onnx")).file.name, "a.onnx");
+    for (const std::string wrong : {"../a.onnx", "/a.onnx", "a/b.onnx", "a\\\\b.onnx", "C:a.onnx"})
+        EXPECT_ERROR(with_name(wrong), Code::kInvalidArgument,
+                     "the preset.file.name is '" + wrong.substr(0, 1));
+}
+
 TEST(Preset, HasTheFactsOfMoge) {
     for (const char* name : {"moge-2-vits", "moge-2-vitb", "moge-2-vitl"}) {
         const Preset moge = preset_of(name).value();
@@ -193,18 +205,23 @@ TEST(Preset, IsFoundByTheNameOfItsFile) {
 }
 
 TEST(Preset, ModelsLieInTheFolderOfTheEnvironment) {
-    const char* const names[] = {"SPLAT_PRIORS_DIR", "XDG_DATA_HOME", "HOME"};
+    const char* const names[] = {"SPLAT_PRIORS_DIR", "XDG_DATA_HOME", "HOME", "LOCALAPPDATA"};
     std::vector<std::string> before;
     for (const char* name : names) before.emplace_back(getenv(name) == nullptr ? "" : getenv(name));
-    setenv("HOME", "/h", 1);
-    unsetenv("XDG_DATA_HOME");
-    unsetenv("SPLAT_PRIORS_DIR");
+    test::unset_variable("SPLAT_PRIORS_DIR");
+#if defined(_WIN32)
+    test::set_variable("LOCALAPPDATA", "C:/l");
+    EXPECT_EQ(models_folder(), "C:/l/libsplat/priors");
+#else
+    test::set_variable("HOME", "/h");
+    test::unset_variable("XDG_DATA_HOME");
     EXPECT_EQ(models_folder(), "/h/.local/share/libsplat/priors");
-    setenv("XDG_DATA_HOME", "/x", 1);
+    test::set_variable("XDG_DATA_HOME", "/x");
     EXPECT_EQ(models_folder(), "/x/libsplat/priors");
-    setenv("SPLAT_PRIORS_DIR", "/p", 1);
+#endif
+    test::set_variable("SPLAT_PRIORS_DIR", "/p");
     EXPECT_EQ(models_folder(), "/p");
-    for (std::size_t i = 0; i < before.size(); ++i) setenv(names[i], before[i].c_str(), 1);
+    for (std::size_t i = 0; i < before.size(); ++i) test::set_variable(names[i], before[i]);
 }
 
 }  // namespace

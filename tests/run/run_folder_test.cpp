@@ -1,14 +1,15 @@
 #include "run/run_folder.h"
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <iterator>
+#include <thread>
 
 #include "core/fault.h"
 #include "support/expect_status.h"
+#include "support/system.h"
 #include "synthetic/sample_folder.h"
 
 namespace splat::run {
@@ -37,7 +38,7 @@ TEST_F(RunFolderTest, HoldsOneSessionAtATime) {
     EXPECT_FALSE(fs::exists(path())) << "nothing is made before everything is known to be right";
     const auto second = open(Mode::kNew);
     ASSERT_OK(first->begin("{}", {}));
-    const std::string process = "a run of process " + std::to_string(getpid());
+    const std::string process = "a run of process " + test::process_text();
     EXPECT_ERROR(second->begin("{}", {}), Code::kInvalidState, process);
     for (const Mode mode : {Mode::kResume, Mode::kReplace})
         EXPECT_ERROR(refusal(mode), Code::kInvalidState, process);
@@ -45,43 +46,34 @@ TEST_F(RunFolderTest, HoldsOneSessionAtATime) {
 
 /// A lock file without its lock does not matter.
 TEST_F(RunFolderTest, LockEndsWithItsProcess) {
-    const pid_t child = fork();
-    if (child == 0) {
-        auto folder = RunFolder::open(path(), Mode::kNew);
-        _exit(folder.ok() && folder.value()->begin("{}", {}).ok() ? 0 : 1);
-    }
-    int status = 0;
-    ASSERT_EQ(waitpid(child, &status, 0), child);
-    ASSERT_EQ(status, 0);
+    SPLAT_NEED_FORK();
+    ASSERT_EQ(test::in_child([&] {
+                  static auto folder = RunFolder::open(path(), Mode::kNew);  // until the end
+                  return folder.ok() && folder.value()->begin("{}", {}).ok() ? 0 : 1;
+              }),
+              0);
     EXPECT_TRUE(fs::exists(path() + "/lock"));
     EXPECT_NE(open(Mode::kResume), nullptr);
 }
 
 /// A forked child that lives on does not keep the lock, and does not give it up.
 TEST_F(RunFolderTest, LockIsTheProcessesNotItsChildrens) {
+    SPLAT_NEED_FORK();
     auto folder = open(Mode::kNew);
     ASSERT_OK(folder->begin("{}", {}));
-    int pipe_ends[2];
-    ASSERT_EQ(pipe(pipe_ends), 0);
-    const pid_t child = fork();
-    if (child == 0) {
+    const std::string end = (folder_ / "end").string();
+    const test::Child child([&] {
         folder.reset();
-        char byte = 0;
-        close(pipe_ends[1]);
-        _exit(read(pipe_ends[0], &byte, 1) == 1 ? 0 : 1);
-    }
-    const pid_t second = fork();
-    if (second == 0) _exit((folder.reset(), 0));
-    int status = 0;
-    ASSERT_EQ(waitpid(second, &status, 0), second);
+        test::end_after(60);
+        while (!fs::exists(end)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return 0;
+    });
+    EXPECT_EQ(test::in_child([&] { return folder.reset(), 0; }), 0);
     EXPECT_ERROR(refusal(Mode::kResume), Code::kInvalidState, "a run of process");
     folder.reset();
     EXPECT_NE(open(Mode::kResume), nullptr);
-    ASSERT_EQ(write(pipe_ends[1], "x", 1), 1);
-    ASSERT_EQ(waitpid(child, &status, 0), child);
-    EXPECT_EQ(status, 0);
-    close(pipe_ends[0]);
-    close(pipe_ends[1]);
+    put_text(end, "");
+    EXPECT_EQ(child.wait(), 0);
 }
 
 /// For example weights with their configuration beside them.
@@ -202,7 +194,7 @@ TEST_F(RunFolderTest, WhatCannotBeListedIsAnError) {
         EXPECT_EQ(folder->states().value().size(), 1U) << "nothing was removed";
     }
     const auto resumed = open(Mode::kResume);
-    fs::create_symlink("x", path() + "/link");
+    if (test::makes_links_in(path())) fs::create_symlink("x", path() + "/link");
     fault::arm("io.stat", 1, fault::kForever);
     EXPECT_OK(resumed->begin("{}", {})) << "what a link names does not matter";
     fault::disarm();
@@ -257,6 +249,7 @@ TEST_F(RunFolderTest, NoFolderHoldsNoStates) {
         return states.ok() && states.value().empty();
     };
     EXPECT_TRUE(is_empty());
+    SPLAT_NEED_LINKS(path());
     fs::create_symlink("nothing", path() + "/checkpoints");
     EXPECT_TRUE(is_empty());
     fs::remove(path() + "/checkpoints");

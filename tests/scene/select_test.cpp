@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <numbers>
 
 #include "io/sample_scene.h"
 #include "scene/activate.h"
@@ -169,11 +170,11 @@ TEST(Statistics, FillRatioIsTheMeanNumberOfLayers) {
         for (std::size_t k = 0; k < 3; ++k)
             g.log_scales[3 * i + k] = static_cast<float>(-std::log(10.0) * static_cast<double>(k));
     }
-    EXPECT_NEAR(need(statistics(g)).fill_ratio, 101 * M_PI * 0.1 / (98 * 98), 1e-8);
+    EXPECT_NEAR(need(statistics(g)).fill_ratio, 101 * std::numbers::pi * 0.1 / (98 * 98), 1e-8);
     g.log_scales[0] = kNanF;  // an unknown area
-    EXPECT_NEAR(need(statistics(g)).fill_ratio, 100 * M_PI * 0.1 / (98 * 98), 1e-8);
+    EXPECT_NEAR(need(statistics(g)).fill_ratio, 100 * std::numbers::pi * 0.1 / (98 * 98), 1e-8);
     g.log_scales[0] = -kInfinity;  // flat
-    EXPECT_NEAR(need(statistics(g)).fill_ratio, M_PI * (10 + 0.001) / (98 * 98), 1e-8);
+    EXPECT_NEAR(need(statistics(g)).fill_ratio, std::numbers::pi * (10 + 0.001) / (98 * 98), 1e-8);
     g.log_scales[0] = kInfinity;
     EXPECT_EQ(need(statistics(g)).fill_ratio, INFINITY);
     // Gaussians at one place are as many layers as Gaussians of the median size.

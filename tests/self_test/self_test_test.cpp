@@ -3,8 +3,6 @@
 #include "self_test/self_test.h"
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -18,6 +16,7 @@
 #include "splat.h"
 #include "support/expect_status.h"
 #include "support/gpu_env.h"
+#include "support/system.h"
 #include "vk/shaders.h"
 
 namespace splat::self_test {
@@ -61,7 +60,7 @@ class SelfTest : public testing::Test {
   protected:
     void SetUp() override {
         kernels_ = environment("SPLAT_KERNELS");
-        unsetenv("SPLAT_KERNELS");
+        test::unset_variable("SPLAT_KERNELS");
         desc_ = test::context_desc();
         desc_.device.validation = false;  // what drivers do here it would rightly report
         desc_.cache_folder = folder_.string();
@@ -72,7 +71,7 @@ class SelfTest : public testing::Test {
     void TearDown() override {
         g_failures = 0;
         fs::remove_all(folder_);
-        if (kernels_) setenv("SPLAT_KERNELS", kernels_->c_str(), 1);
+        if (kernels_) test::set_variable("SPLAT_KERNELS", *kernels_);
     }
 
     void open() {
@@ -97,7 +96,7 @@ class SelfTest : public testing::Test {
 
     std::optional<std::string> kernels_;
     const fs::path folder_ =
-        fs::temp_directory_path() / ("splat-self-test-" + std::to_string(getpid()));
+        fs::temp_directory_path() / ("splat-self-test-" + test::process_text());
     vk::ContextDesc desc_;
     KernelTests tests_;
     std::shared_ptr<vk::Context> context_;
@@ -193,6 +192,7 @@ TEST_F(SelfTest, LanesThatAreFewerThanToldAreFound) {
 }
 
 TEST_F(SelfTest, ATestThatEndedItsProcessIsRemembered) {
+    SPLAT_NEED_FORK();
     open();
     const Kernels best = kernels(Family::kNetwork);
     if (best == Kernels::kPlain) GTEST_SKIP() << "only plain kernels";
@@ -207,12 +207,11 @@ TEST_F(SelfTest, ATestThatEndedItsProcessIsRemembered) {
     }
     EXPECT_FALSE(fs::exists(tests_.notes + ".testing")) << "a test that ended";
     const auto crash = [&] {
-        const pid_t child = fork();
-        if (child == 0) {
-            const Testing crashes(tests_.notes, {key});
-            _exit(0);
-        }
-        EXPECT_EQ(waitpid(child, nullptr, 0), child);
+        EXPECT_EQ(test::in_child([&] {
+                      static const Testing crashes(tests_.notes, {key});  // until the end
+                      return 0;
+                  }),
+                  0);
         EXPECT_TRUE(fs::exists(tests_.notes + ".testing"));
     };
     const auto noted = [&] {
@@ -233,9 +232,9 @@ TEST_F(SelfTest, ATestThatEndedItsProcessIsRemembered) {
     EXPECT_HAS(noted(), "failed " + key + ": a process ended while it tested them, twice");
     EXPECT_EQ(kernels(Family::kNetwork), Kernels::kPlain);
     EXPECT_OK(ask(kNetworkKernels));
-    setenv("SPLAT_SELF_TEST", "0", 1);
+    test::set_variable("SPLAT_SELF_TEST", "0");
     open();
-    unsetenv("SPLAT_SELF_TEST");
+    test::unset_variable("SPLAT_SELF_TEST");
     EXPECT_EQ(kernels(Family::kNetwork), best);
 }
 

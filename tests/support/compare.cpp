@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdarg>
 #include <functional>
+
+#include "core/status.h"
 
 namespace splat::test {
 namespace {
@@ -18,15 +19,6 @@ constexpr double kTiny = 1.2e-38;
 constexpr double kHalfUlp = 0x1p-24;
 constexpr double kMostZeros = 0.70;
 constexpr double kLeastNonZeroGradient = 0.10;
-
-[[gnu::format(printf, 1, 2)]] std::string text(const char* pattern, ...) {
-    char buffer[512];
-    std::va_list args;
-    va_start(args, pattern);
-    std::vsnprintf(buffer, sizeof buffer, pattern, args);
-    va_end(args);
-    return buffer;
-}
 
 AssertionResult sizes_match(std::size_t got, std::size_t expected, const Subject& subject) {
     if (got == expected) return AssertionSuccess();
@@ -42,7 +34,7 @@ AssertionResult can_fail(const std::vector<double>& reference, const Subject& su
     const double share = zeros / static_cast<double>(reference.size());
     if (share > kMostZeros || (subject.gradient && 1 - share < kLeastNonZeroGradient))
         return AssertionFailure() << subject.name << ": mistrusted, "
-                                  << text("%.0f %% of the reference is zero\n  ", share * 100)
+                                  << format("%.0f %% of the reference is zero\n  ", share * 100)
                                   << subject.reproducer;
     return AssertionSuccess();
 }
@@ -65,7 +57,7 @@ AssertionResult elements_match(const std::vector<float>& gpu, const std::vector<
     if (count == 0) return AssertionSuccess();
     const auto got = static_cast<double>(gpu[first]);
     return AssertionFailure() << subject.name
-                              << text(
+                              << format(
                                      "[%zu] = %.9g, reference %.17g: off by %.3g, bound %.3g "
                                      "(%zu of %zu elements differ)\n  ",
                                      first, got, reference[first], std::abs(got - reference[first]),
@@ -122,8 +114,8 @@ AssertionResult matches(const std::vector<float>& gpu, const ref::Summed<double>
     const double error = relative_l2(gpu, reference);
     if (error <= tolerance.relative_l2) return AssertionSuccess();
     return AssertionFailure() << subject.name
-                              << text(": relative L2 error %.3g, allowed %.3g\n  ", error,
-                                      tolerance.relative_l2)
+                              << format(": relative L2 error %.3g, allowed %.3g\n  ", error,
+                                        tolerance.relative_l2)
                               << subject.reproducer;
 }
 
@@ -136,8 +128,8 @@ AssertionResult bit_equal(const std::vector<float>& a, const std::vector<float>&
         if (left != right)
             return AssertionFailure()
                    << subject.name
-                   << text("[%zu]: bits %08x (%.9g) and %08x (%.9g)\n  ", i, left,
-                           static_cast<double>(a[i]), right, static_cast<double>(b[i]))
+                   << format("[%zu]: bits %08x (%.9g) and %08x (%.9g)\n  ", i, left,
+                             static_cast<double>(a[i]), right, static_cast<double>(b[i]))
                    << subject.reproducer;
     }
     return AssertionSuccess();
@@ -162,7 +154,7 @@ AssertionResult all_finite(const std::vector<float>& values, const Subject& subj
     for (std::size_t i = 0; i < values.size(); ++i)
         if (!std::isfinite(values[i]))
             return AssertionFailure()
-                   << subject.name << text("[%zu] = %g\n  ", i, static_cast<double>(values[i]))
+                   << subject.name << format("[%zu] = %g\n  ", i, static_cast<double>(values[i]))
                    << subject.reproducer;
     return AssertionSuccess();
 }

@@ -1,30 +1,30 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <clocale>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
 
+#include "support/system.h"
+
 namespace splat::test {
 
-/// Numbers of this process have decimal commas while it lives: the German locale of the system, or one that
-/// `localedef` makes in a temporary folder. False where neither is to be had.
+/// Numbers of this process have decimal commas while it lives: the German locale of the system, whose name on Windows
+/// is another, or one that `localedef` makes in a temporary folder. False where neither is to be had.
 class DecimalComma {
   public:
     DecimalComma() {
         const std::string name = "de_DE.UTF-8";
-        if (set(name.c_str())) return;
+        if (set(name.c_str()) || set("German_Germany.1252")) return;
         std::filesystem::create_directories(folder_);
         const std::string made = (folder_ / name).string();
         const std::string command =
             "localedef --no-archive -i de_DE -f UTF-8 '" + made + "' >/dev/null 2>&1";
         if (std::system(command.c_str()) != 0) return;
-        ::setenv("LOCPATH", folder_.c_str(), 1);
+        test::set_variable("LOCPATH", folder_.string());
         set(name.c_str());
-        ::unsetenv("LOCPATH");
+        test::unset_variable("LOCPATH");
     }
     DecimalComma(const DecimalComma&) = delete;
     DecimalComma& operator=(const DecimalComma&) = delete;
@@ -44,7 +44,7 @@ class DecimalComma {
     }
 
     const std::filesystem::path folder_ =
-        std::filesystem::temp_directory_path() / ("splat-locale-" + std::to_string(::getpid()));
+        std::filesystem::temp_directory_path() / ("splat-locale-" + test::process_text());
     bool is_set_ = false;
 };
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "core/environment.h"
+#include "core/os/path.h"
 
 namespace splat::test {
 
@@ -25,7 +26,7 @@ std::vector<std::string> golden_files(const std::string& subfolder, const std::s
          std::filesystem::directory_iterator(*folder + "/" + subfolder, failed)) {
         const std::string name = entry.path().filename().string();
         if (name.starts_with(family) && (name.ends_with(".npz") || name.ends_with(".npz.xz")))
-            paths.push_back(entry.path());
+            paths.push_back(os::text_of(entry.path()));
     }
     std::sort(paths.begin(), paths.end());
     if (paths.empty())

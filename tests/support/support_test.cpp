@@ -1,7 +1,6 @@
 // The harness must be able to fail: every check gets a defect of the kind that it looks for.
 #include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -16,6 +15,7 @@
 #include "support/gradcheck.h"
 #include "support/rng_fill.h"
 #include "support/shapes.h"
+#include "support/system.h"
 #include "support/tolerances.h"
 
 namespace splat::test {
@@ -201,13 +201,12 @@ TEST(Shapes, ListsMeetTheCounts) {
 class GoldenFolder : public testing::Test {
   protected:
     void SetUp() override {
-        folder_ =
-            std::filesystem::temp_directory_path() / ("splat_golden_" + std::to_string(::getpid()));
+        folder_ = std::filesystem::temp_directory_path() / ("splat_golden_" + test::process_text());
         std::filesystem::create_directories(folder_ / "net");
-        setenv("SPLAT_GOLDEN_DIR", folder_.c_str(), 1);
+        test::set_variable("SPLAT_GOLDEN_DIR", folder_.string());
     }
     void TearDown() override {
-        unsetenv("SPLAT_GOLDEN_DIR");
+        test::unset_variable("SPLAT_GOLDEN_DIR");
         std::filesystem::remove_all(folder_);
     }
     std::filesystem::path folder_;

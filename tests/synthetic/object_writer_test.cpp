@@ -1,13 +1,13 @@
 #include "synthetic/object_writer.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <map>
 #include <thread>
 
 #include "scene/camera_pose.h"
 #include "support/expect_status.h"
+#include "support/system.h"
 #include "synthetic/ray_caster.h"
 #include "synthetic/sample_folder.h"
 
@@ -24,7 +24,8 @@ std::map<std::string, std::string> contents(const fs::path& folder) {
     std::map<std::string, std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(folder))
         if (entry.is_regular_file())
-            files[fs::relative(entry.path(), folder).string()] = file_text(entry.path());
+            files[entry.path().lexically_relative(folder).generic_string()] =
+                file_text(entry.path());
     return files;
 }
 
@@ -95,8 +96,8 @@ TEST(ObjectWriter, AKilledProcessOfTheSameNumberBlocksNoObject) {
     const SampleFolder folder;
     const fs::path split = folder / "srn_cars/cars_train";
     for (int k = 0; k < 1000; ++k)
-        test::put_text(split / (".000000_car." + std::to_string(::getpid()) + "-" +
-                                std::to_string(k) + ".tmp/rgb/000000.png"),
+        test::put_text(split / (".000000_car." + test::process_text() + "-" + std::to_string(k) +
+                                ".tmp/rgb/000000.png"),
                        "part");
     ASSERT_OK(write_object(sample_cars(folder.path()), 0));
     EXPECT_NE(file_text(split / "000000_car/rgb/000000.png"), "part");

@@ -1,7 +1,5 @@
 #include "synthetic/sample_folder.h"
 
-#include <unistd.h>
-
 #include <atomic>
 #include <fstream>
 #include <iterator>
@@ -9,6 +7,7 @@
 #include "io/file.h"
 #include "io/image.h"
 #include "support/expect_status.h"
+#include "support/system.h"
 
 namespace splat::test {
 
@@ -17,7 +16,7 @@ namespace fs = std::filesystem;
 SampleFolder::SampleFolder() {
     static std::atomic<int> counter{0};
     path_ = fs::temp_directory_path() /
-            ("splat-data-" + std::to_string(::getpid()) + "-" + std::to_string(counter++));
+            ("splat-data-" + test::process_text() + "-" + std::to_string(counter++));
     fs::create_directories(path_);
 }
 
@@ -28,7 +27,7 @@ SampleFolder::~SampleFolder() {
 
 void put_text(const fs::path& path, const std::string& text) {
     fs::create_directories(path.parent_path());
-    std::ofstream(path) << text;
+    std::ofstream(path, std::ios::binary) << text;
 }
 
 void put_png(const fs::path& path, const io::Image& image) {

@@ -1,15 +1,13 @@
 // Imports and exports that a signal, a full disk or the caller ends, and that go on.
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <fstream>
 
 #include "core/fault.h"
 #include "support/expect_status.h"
+#include "support/system.h"
 #include "synthetic/sample_folder.h"
 #include "tables/published_tables.h"
 #include "tables/store.h"
@@ -58,27 +56,23 @@ Status import_to_store(const fs::path& folder, const Progress& progress) {
                          progress);
 }
 
+constexpr int kKill = 9;  ///< SIGKILL, which Windows, where these tests are skipped, does not name
+
 /// Runs in a child that kills itself; true if it did.
 bool killed(const std::function<void()>& work) {
-    const pid_t child = ::fork();
-    if (child == 0) {
-        work();
-        ::_exit(0);
-    }
-    int status = 0;
-    ::waitpid(child, &status, 0);
-    return WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL;
+    return in_child([&] { return work(), 0; }) == -kKill;
 }
 
 Progress kill_after(std::uint64_t rows) {
     return [rows](std::uint64_t done, std::uint64_t) -> Status {
-        if (done >= rows) ::kill(::getpid(), SIGKILL);
+        if (done >= rows) std::raise(kKill);
         return {};
     };
 }
 
 TEST(Resume, ParquetImportGoesOnAfterKill) {
     SPLAT_NEED_DUCKDB();
+    SPLAT_NEED_FORK();
     const SampleFolder folder;
     ASSERT_OK(write_large(folder.path()));
     ASSERT_TRUE(
@@ -102,6 +96,7 @@ TEST(Resume, ParquetImportGoesOnAfterKill) {
 
 TEST(Resume, ParquetImportRepeatsRowsThatTheDiskLost) {
     SPLAT_NEED_DUCKDB();
+    SPLAT_NEED_FORK();
     const SampleFolder folder;
     ASSERT_OK(write_large(folder.path()));
     ASSERT_TRUE(
@@ -121,6 +116,7 @@ TEST(Resume, ParquetImportRepeatsRowsThatTheDiskLost) {
 
 TEST(Resume, ParquetExportGoesOnAfterKill) {
     SPLAT_NEED_DUCKDB();
+    SPLAT_NEED_FORK();
     const CarsFolder folder;
     const auto go = [&](const char* to, const Progress& progress) {
         return convert(folder / "srn", "train", Layout::kTables, folder / to, progress);
@@ -198,17 +194,13 @@ TEST(Resume, ParquetImportOntoAFullDiskGoesOnWithSpace) {
 }
 
 TEST(Resume, ParquetExportOntoAFullDiskLeavesNoTable) {
+    SPLAT_NEED_FILE_LIMIT();
     SPLAT_NEED_DUCKDB();
     const CarsFolder folder;
-    rlimit before{};
-    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
-    const auto handler = ::signal(SIGXFSZ, SIG_IGN);
-    rlimit small = before;
-    small.rlim_cur = 2048;
-    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
-    const Status status = convert(folder / "srn", "train", Layout::kTables, folder / "out");
-    ::setrlimit(RLIMIT_FSIZE, &before);
-    ::signal(SIGXFSZ, handler);
+    const Status status = [&] {
+        const FileLimit small(2048);
+        return convert(folder / "srn", "train", Layout::kTables, folder / "out");
+    }();
     EXPECT_ERROR(status, Code::kIo, "cannot write");
     EXPECT_EQ(tree_of(folder / "out/rgbs", {".parquet", ".tmp"}), "");
     EXPECT_OK(convert(folder / "srn", "train", Layout::kTables, folder / "out"));

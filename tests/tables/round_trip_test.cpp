@@ -185,10 +185,11 @@ TEST(RoundTrip, ExportRefusesAnotherExportsFolder) {
 TEST(RoundTrip, ListOfAnExportWithoutItsNumbersIsDamaged) {
     const SampleFolder folder;
     put_text(folder / "a", "");
-    const auto verified = [&](const std::string& bytes, const std::string& crc) {
-        put_text(folder / "export_train.json",
-                 R"({"source": "s", "files": [{"path": "a", "bytes": )" + bytes +
-                     ", \"crc32\": " + crc + "}]}");
+    const auto verified = [&](const std::string& bytes, const std::string& crc,
+                              const std::string& path = "a") {
+        put_text(folder / "export_train.json", R"({"source": "s", "files": [{"path": ")" + path +
+                                                   R"(", "bytes": )" + bytes +
+                                                   ", \"crc32\": " + crc + "}]}");
         return Journal::verify(folder.path().string(), "train");
     };
     EXPECT_OK(verified("0", "0"));
@@ -197,6 +198,8 @@ TEST(RoundTrip, ListOfAnExportWithoutItsNumbersIsDamaged) {
         EXPECT_ERROR(verified("0", number), Code::kFormat, "export_train.json' is damaged");
     }
     EXPECT_ERROR(verified("0", "4294967296"), Code::kFormat, "export_train.json' is damaged");
+    for (const char* path : {"../a", "/a", R"(b\\a)", "C:a"})
+        EXPECT_ERROR(verified("0", "0", path), Code::kFormat, "export_train.json' is damaged");
 }
 
 }  // namespace

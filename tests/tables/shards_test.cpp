@@ -1,9 +1,8 @@
 // Imports that several processes do in parts, and the last of which completes the store.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "support/expect_status.h"
+#include "support/system.h"
 #include "synthetic/sample_folder.h"
 #include "tables/published_tables.h"
 #include "tables/store.h"
@@ -101,19 +100,16 @@ TEST(Shards, TheLastOneCompletesTheStore) {
 }
 
 TEST(Shards, AreWrittenBySeveralProcessesAtOnce) {
+    SPLAT_NEED_FORK();
     constexpr std::uint32_t kParts = 5;
     const SampleFolder folder;
     ASSERT_OK(write_part(folder / "whole", {}));
-    std::vector<pid_t> children;
-    for (std::uint32_t i = 0; i < kParts; ++i) {
-        children.push_back(::fork());
-        if (children.back() == 0) ::_exit(write_part(folder / "parts", {i, kParts}).ok() ? 0 : 1);
-    }
-    for (const pid_t child : children) {
-        int status = 1;
-        ::waitpid(child, &status, 0);
-        EXPECT_EQ(status, 0);
-    }
+    std::vector<test::Child> children;
+    for (std::uint32_t i = 0; i < kParts; ++i)
+        children.emplace_back([&] {
+            return write_part(folder / "parts", {i, kParts}).ok() ? 0 : 1;
+        });
+    for (const test::Child& child : children) EXPECT_EQ(child.wait(), 0);
     EXPECT_TRUE(tree_of(folder / "parts", {".npy", ".json"}) ==
                 tree_of(folder / "whole", {".npy", ".json"}));
 }

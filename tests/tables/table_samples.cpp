@@ -47,7 +47,7 @@ std::string tree_of(const fs::path& folder, const std::vector<std::string>& exte
     for (const auto& entry : fs::recursive_directory_iterator(folder))
         if (entry.is_regular_file() && std::find(extensions.begin(), extensions.end(),
                                                  entry.path().extension()) != extensions.end())
-            files.push_back(fs::relative(entry.path(), folder).string() + "\n" +
+            files.push_back(entry.path().lexically_relative(folder).string() + "\n" +
                             file_text(entry.path()));
     std::sort(files.begin(), files.end());
     std::string text;

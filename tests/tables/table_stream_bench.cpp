@@ -3,8 +3,6 @@
 // Writes tables of 128 x 128 pixels in row groups of GROUP rows (512), imports them, and reads all of the store as
 // a training would; prints MB/s of raw pixels of each step and the peak memory. Exit status: 0; 1 a step failed or
 // took more than 512 MiB; 77 no DuckDB library.
-#include <sys/resource.h>
-
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -13,6 +11,7 @@
 
 #include "core/rng.h"
 #include "data/dataset.h"
+#include "support/system.h"
 #include "tables/import.h"
 #include "tables/table_writer.h"
 
@@ -31,17 +30,10 @@ double seconds() {
         .count();
 }
 
-double processor_seconds() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-           1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
+using test::processor_seconds;
 
 double peak_mib() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<double>(usage.ru_maxrss) / 1024;
+    return static_cast<double>(test::peak_bytes()) / (1 << 20);
 }
 
 /// Rows in an order that is not that of the ids. Pixels pack about as well as renders do.

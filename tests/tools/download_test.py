@@ -220,7 +220,7 @@ class Download(unittest.TestCase):
         self.expect(vkrun(4, "priors", "get", "isnet-imgly"), "no address of 'isnet-imgly.onnx' is known; Get it by")
         preset = json.loads(vkrun(0, "priors", "where", "u2net", "--json"))["preset"]
         preset["file"]["name"] = "../net.onnx"
-        self.expect(vkrun(4, "priors", "get", json.dumps(preset)), "'../net.onnx', expected a name without '/'")
+        self.expect(vkrun(4, "priors", "get", json.dumps(preset)), "'../net.onnx', expected the name of a file")
 
 
 missing = [program for program in ("curl", "openssl") if not shutil.which(program)]

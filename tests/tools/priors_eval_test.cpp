@@ -1,11 +1,11 @@
 // Files, statistics and plots of vkrun priors eval.
 #include <gtest/gtest.h>
 #include <splat.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
 
+#include "support/system.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/priors/map_files.h"
 #include "vkrun/priors/map_scores.h"
@@ -34,11 +34,12 @@ class PriorsEval : public ::testing::Test {
         image.width = width;
         image.height = height;
         image.channels = static_cast<std::uint32_t>(samples.size() / width / height);
-        EXPECT_EQ(splat_image_save(path.c_str(), &image), SPLAT_OK) << splat_last_error_message();
+        EXPECT_EQ(splat_image_save(path.string().c_str(), &image), SPLAT_OK)
+            << splat_last_error_message();
         return path;
     }
 
-    fs::path folder_ = fs::temp_directory_path() / ("splat-priors-" + std::to_string(::getpid()));
+    fs::path folder_ = fs::temp_directory_path() / ("splat-priors-" + splat::test::process_text());
 };
 
 std::string refusal(const std::function<void()>& call) {

@@ -2,14 +2,12 @@
 #include "vkrun/train/tensorboard.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
-#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <optional>
 
+#include "support/system.h"
 #include "vkrun/cli/files.h"
 
 namespace vkrun {
@@ -58,7 +56,7 @@ std::optional<std::vector<std::string>> events_of(const std::string& file) {
 class TensorBoardFile : public testing::Test {
   protected:
     void SetUp() override {
-        folder_ = fs::temp_directory_path() / ("splat-events-" + std::to_string(getpid()));
+        folder_ = fs::temp_directory_path() / ("splat-events-" + splat::test::process_text());
     }
     void TearDown() override { fs::remove_all(folder_); }
     [[nodiscard]] std::string file() const {
@@ -69,7 +67,7 @@ class TensorBoardFile : public testing::Test {
 
 TEST_F(TensorBoardFile, HoldsEventsWithChecksums) {
     EXPECT_EQ(crc_by_bits("123456789"), 0xE3069283U) << "the check value of CRC-32C";
-    TensorBoard board(folder_);
+    TensorBoard board(folder_.string());
     board.scalars(300, {{"loss", 0.5}, {"rate", 2}});
     auto events = events_of(file());
     ASSERT_TRUE(events.has_value());
@@ -87,19 +85,16 @@ TEST_F(TensorBoardFile, HoldsEventsWithChecksums) {
 
 /// What does not fit on the disk is left out, and the file stays whole.
 TEST_F(TensorBoardFile, LeavesOutWhatCannotBeWritten) {
-    TensorBoard board(folder_);
+    SPLAT_NEED_FILE_LIMIT();
+    TensorBoard board(folder_.string());
     board.scalars(1, {{"loss", 1}});
     const std::string before = file();
-    rlimit old{};
-    getrlimit(RLIMIT_FSIZE, &old);
-    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit full{before.size() + 5, old.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &full);
     testing::internal::CaptureStderr();
-    for (const std::uint64_t step : {2U, 3U}) board.scalars(step, {{"loss", 1}});
+    {
+        const splat::test::FileLimit full(before.size() + 5);
+        for (const std::uint64_t step : {2U, 3U}) board.scalars(step, {{"loss", 1}});
+    }
     const std::string warnings = testing::internal::GetCapturedStderr();
-    setrlimit(RLIMIT_FSIZE, &old);
-    std::signal(SIGXFSZ, handler);
     EXPECT_EQ(file(), before);
     EXPECT_EQ(warnings.find("warning: events for TensorBoard are missing"),
               warnings.rfind("warning:"))

@@ -6,6 +6,7 @@
 
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
+#include "support/system.h"
 
 namespace splat::vk {
 namespace {
@@ -30,7 +31,7 @@ struct Global {
 TEST(DeviceExit, GlobalObjectsMayBeDestroyedAfterTheLayer) {
     if (!test::validation_on()) GTEST_SKIP() << "validation is off";
     GTEST_FLAG_SET(death_test_style, "threadsafe");
-    setenv("LSAN_OPTIONS", "detect_leaks=0", 1);  // it ends without freeing its memory
+    test::set_variable("LSAN_OPTIONS", "detect_leaks=0");  // it ends without freeing its memory
     const auto exit_with_a_device = [] {
         static Global global;
         global.context = test::make_context();

@@ -10,6 +10,7 @@
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
+#include "support/system.h"
 #include "test_shaders.h"
 
 namespace splat::vk {
@@ -20,13 +21,13 @@ class Device : public testing::Test {
   protected:
     void SetUp() override {
         kernels_ = environment("SPLAT_KERNELS");
-        unsetenv("SPLAT_KERNELS");
+        test::unset_variable("SPLAT_KERNELS");
         instance_ = Instance::get(test::validation_on()).value();
         infos_ = describe_devices(*instance_).value();
         ASSERT_FALSE(infos_.empty());
     }
     void TearDown() override {
-        if (kernels_) setenv("SPLAT_KERNELS", kernels_->c_str(), 1);
+        if (kernels_) test::set_variable("SPLAT_KERNELS", *kernels_);
     }
 
     static DeviceDesc desc() { return test::context_desc().device; }
@@ -110,26 +111,26 @@ TEST_F(Device, AbsentDeviceIsAnErrorThatListsWhatThereIs) {
 TEST_F(Device, EnvironmentForcesKernels) {
     for (const Kernels kernels : {Kernels::kPlain, Kernels::kCpu, Kernels::kGpu}) {
         if (kernels != Kernels::kPlain && infos_[0].kernels[0] == Kernels::kPlain) continue;
-        setenv("SPLAT_KERNELS", kernels_name(kernels), 1);
+        test::set_variable("SPLAT_KERNELS", kernels_name(kernels));
         EXPECT_EQ(vk::Device::create(desc()).value()->kernels(), kernels);
     }
-    setenv("SPLAT_KERNELS", "auto", 1);
+    test::set_variable("SPLAT_KERNELS", "auto");
     EXPECT_OK(open(desc()));
-    setenv("SPLAT_KERNELS", "fastest", 1);
+    test::set_variable("SPLAT_KERNELS", "fastest");
     EXPECT_ERROR(open(desc()), Code::kInvalidArgument, "'fastest'");
-    unsetenv("SPLAT_KERNELS");
+    test::unset_variable("SPLAT_KERNELS");
 }
 
 TEST_F(Device, EnvironmentForcesLevels) {
     const auto before = environment("SPLAT_LEVELS");
     for (const char* text : {"0", "1"}) {
-        setenv("SPLAT_LEVELS", text, 1);
+        test::set_variable("SPLAT_LEVELS", text);
         EXPECT_EQ(vk::Device::create(desc()).value()->info().features.levels, *text == '1');
     }
-    setenv("SPLAT_LEVELS", "off", 1);
+    test::set_variable("SPLAT_LEVELS", "off");
     EXPECT_ERROR(open(desc()), Code::kInvalidArgument, "SPLAT_LEVELS is 'off', expected 0 or 1");
-    unsetenv("SPLAT_LEVELS");
-    if (before) setenv("SPLAT_LEVELS", before->c_str(), 1);
+    test::unset_variable("SPLAT_LEVELS");
+    if (before) test::set_variable("SPLAT_LEVELS", *before);
 }
 
 TEST_F(Device, KernelsFollowSubgroups) {
@@ -254,9 +255,9 @@ TEST_F(Device, SharesOneInstancePerChoiceOfValidation) {
 
 TEST_F(Device, TimesMustBeNumbers) {
     for (const char* name : {"SPLAT_TIMEOUT_SCALE", "SPLAT_MAX_SUBMIT_MS"}) {
-        setenv(name, "soon", 1);
+        test::set_variable(name, "soon");
         EXPECT_ERROR(Context::create(test::context_desc()), Code::kInvalidArgument, name);
-        unsetenv(name);
+        test::unset_variable(name);
     }
 }
 
@@ -264,9 +265,9 @@ TEST_F(Device, TheEnvironmentBoundsSubmits) {
     DeviceDesc wish = desc();
     wish.max_submit_ns = 40'000'000;
     EXPECT_DOUBLE_EQ(need(vk::Device::create(wish))->pace.submit_seconds(), 0.04);
-    setenv("SPLAT_MAX_SUBMIT_MS", "30", 1);
+    test::set_variable("SPLAT_MAX_SUBMIT_MS", "30");
     EXPECT_DOUBLE_EQ(need(vk::Device::create(wish))->pace.submit_seconds(), 0.03);
-    unsetenv("SPLAT_MAX_SUBMIT_MS");
+    test::unset_variable("SPLAT_MAX_SUBMIT_MS");
 }
 
 TEST_F(Device, VulkanResultsBecomeStatusCodes) {

@@ -2,11 +2,11 @@
 #include "vk/external_memory.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 
 #include "core/fault.h"
+#include "core/os/file.h"
 #include "support/expect_status.h"
 #include "support/gpu_env.h"
 
@@ -35,7 +35,7 @@ std::optional<Buffer> exportable(Context& context, std::uint64_t bytes) {
 struct Exported {
     Exported(Context& context, const Buffer& buffer)
         : memory(context.memory().export_memory(buffer.range()).value()) {}
-    ~Exported() { ::close(static_cast<int>(memory.handle)); }
+    ~Exported() { os::close(static_cast<os::Handle>(memory.handle)); }
     ExternalMemory memory;
 };
 

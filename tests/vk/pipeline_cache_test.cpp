@@ -1,6 +1,4 @@
 #include <gtest/gtest.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <filesystem>
@@ -11,6 +9,7 @@
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
+#include "support/system.h"
 #include "test_shaders.h"
 #include "vk/pipeline_cache_file.h"
 
@@ -24,14 +23,14 @@ std::string contents(const std::string& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-void replace(const std::string& path, const std::string& text) {
+void replace(const fs::path& path, const std::string& text) {
     std::ofstream(path, std::ios::binary | std::ios::trunc) << text;
 }
 
 class PipelineCache : public testing::Test {
   protected:
     void SetUp() override {
-        folder_ = fs::temp_directory_path() / ("splat_cache_" + std::to_string(::getpid()));
+        folder_ = fs::temp_directory_path() / ("splat_cache_" + test::process_text());
         fs::remove_all(folder_);
     }
     void TearDown() override {
@@ -41,9 +40,9 @@ class PipelineCache : public testing::Test {
     }
 
     /// Open a device with this folder, make a pipeline, close it. True if the file was used.
-    bool session(const std::string& folder) {
+    bool session(const fs::path& folder) {
         ContextDesc desc = test::context_desc();
-        desc.cache_folder = folder;
+        desc.cache_folder = folder.string();
         const auto context = test::make_context(desc);
         if (context == nullptr) return false;
         file_ = context->pipelines().cache_file();
@@ -72,7 +71,7 @@ TEST_F(PipelineCache, IsWrittenAndReused) {
 
 TEST_F(PipelineCache, IsWrittenBeforeTheFirstRunOfAList) {
     ContextDesc desc = test::context_desc();
-    desc.cache_folder = folder_;
+    desc.cache_folder = folder_.string();
     const auto context = test::make_context(desc);
     const Buffer x = test::upload(*context, std::vector<float>(64, 1));
     const Buffer y = test::device_buffer(*context, 64);
@@ -142,7 +141,7 @@ TEST_F(PipelineCache, FileRoundTrips) {
     info.cache_uuid.fill(7);
     info.driver_version = 9;
     const std::vector<std::byte> data(1000, std::byte{3});
-    const std::string path = pipeline_cache_path(folder_, info);
+    const std::string path = pipeline_cache_path(folder_.string(), info);
     EXPECT_TRUE(write_pipeline_cache(path, info, data));
     EXPECT_EQ(read_pipeline_cache(path, info), data);
     info.driver_version = 10;
@@ -162,14 +161,14 @@ TEST_F(PipelineCache, EachDeviceOfADriverHasItsFile) {
 
 TEST_F(PipelineCache, AFifoIsNoFile) {
     fs::create_directories(folder_);
-    const std::string path = pipeline_cache_path(folder_, DeviceInfo());
-    ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    const std::string path = pipeline_cache_path(folder_.string(), DeviceInfo());
+    SPLAT_NEED_FIFO(path);
     EXPECT_EQ(read_pipeline_cache(path, DeviceInfo()), std::nullopt);
 }
 
 /// Processes of two containers, like these threads, may have the same number.
 TEST_F(PipelineCache, WritersOfAColdCacheDoNotMix) {
-    const std::string path = pipeline_cache_path(folder_, DeviceInfo());
+    const std::string path = pipeline_cache_path(folder_.string(), DeviceInfo());
     std::atomic<int> failed{0};
     const auto write = [&](std::size_t bytes) {
         const std::vector<std::byte> data(bytes, std::byte{1});

@@ -12,6 +12,7 @@
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
 #include "support/log_capture.h"
+#include "support/system.h"
 #include "test_shaders.h"
 
 namespace splat::vk {
@@ -181,8 +182,8 @@ VKAPI_ATTR VkResult VKAPI_CALL compile_slowly(VkDevice, VkPipelineCache, std::ui
 
 TEST_P(PipelineThreads, ProcessMayEndMeanwhile) {
     GTEST_FLAG_SET(death_test_style,
-                   "threadsafe");                 // a new process, not a copy with one thread
-    setenv("LSAN_OPTIONS", "detect_leaks=0", 1);  // it may end without freeing its memory
+                   "threadsafe");  // a new process, not a copy with one thread
+    test::set_variable("LSAN_OPTIONS", "detect_leaks=0");  // it may end without freeing its memory
     const auto compile_and_exit = [&] {
         new std::shared_ptr<Context>(context_);  // never destroyed
         context_->device().vk.vkCreateComputePipelines = compile_slowly;

@@ -121,6 +121,16 @@ TEST_F(RecorderBarriers, RefusesViewsWithoutBuffers) {
     EXPECT_TRUE(r.finish().value().commands().empty());
 }
 
+/// Submits are cut by the estimates, so a forgotten one might keep a GPU busy for too long.
+TEST_F(RecorderBarriers, RefusesWorkWithoutAnEstimate) {
+    vk::Recorder r(*context_);
+    Dispatch forgotten = scale(a_.range(), b_.range(), kElements, 2);
+    forgotten.work = {};
+    EXPECT_ERROR(r.dispatch(forgotten), Code::kInternal,
+                 "no estimate of the work of shader test_scale");
+    EXPECT_TRUE(r.finish().value().commands().empty());
+}
+
 TEST_F(RecorderBarriers, RefusesUndeclaredAliasing) {
     vk::Recorder r(*context_);
     EXPECT_ERROR(r.dispatch(scale(a_.range(), a_.range(), kElements, 2)), Code::kInternal, "alias");

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <numeric>
+
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
@@ -87,12 +90,64 @@ TEST_F(Split, ManyShortDispatchesAreSpreadOverSubmits) {
     EXPECT_EQ(run(list), run(whole));
 }
 
+/// They have an estimate that a watchdog would not end, or are refused.
 TEST_F(Split, ShadersThatCountGroupsStayWhole) {
-    const CommandList list =
-        record(count_groups(y_.range(), 100, flops_for(*context_, 20, "test_count_groups")));
+    const vk::Device& device = context_->device();
+    const double second = 1e9 / estimated_seconds(device.info(), device.kernels(), {.flops = 1e9});
+    const double most = std::max(0.5, 4 * device.pace.submit_seconds());
+    const CommandList list = record(count_groups(y_.range(), 100, 0.9 * most * second));
     EXPECT_EQ(parts_of(list).size(), 1U);
     CommandList copy = list;
     EXPECT_EQ(run(copy)[0], 100U);
+    Recorder recorder(*context_);
+    EXPECT_OK(recorder.dispatch(count_groups(y_.range(), 100, 1.1 * most * second)));
+    EXPECT_ERROR(recorder.finish(), Code::kInternal,
+                 "count_groups (test_count_groups): a submit is estimated at");
+}
+
+TEST_F(Split, LongTransfersGiveTheSameResultInParts) {
+    ContextDesc desc = context_desc();
+    desc.device.max_submit_ns = 1'000'000;
+    const auto context = make_context(desc);
+    const Pace& pace = context->device().pace;
+    std::vector<std::uint32_t> words((5U << 20) / 4 + 4);
+    std::iota(words.begin(), words.end(), 1U);
+    const Buffer from = upload(*context, words);
+    const Buffer to = device_buffer(*context, words.size());
+    Recorder recorder(*context);
+    EXPECT_OK(recorder.copy(from.range(), to.range()));
+    EXPECT_OK(recorder.fill(from.range(), 7));
+    CommandList list = need(recorder.finish());
+    EXPECT_GE(list.submit_count(), 5U);
+    EXPECT_OK(context->run(list));
+    if (!pace.watched()) {
+        EXPECT_LE(pace.longest_estimate(), pace.submit_seconds());
+    }
+    EXPECT_EQ(download_words(*context, to.range(), words.size()), words);
+    words.assign(words.size(), 7);
+    EXPECT_EQ(download_words(*context, from.range(), words.size()), words);
+}
+
+/// Data may put all of a dispatch's work into one of its pieces.
+TEST_F(Split, UnevenWorkIsBounded) {
+    ContextDesc desc = context_desc();
+    desc.device.max_submit_ns = 100'000'000;
+    desc.device.fake = [](DeviceInfo& info) { info.kind = DeviceKind::kIntegrated; };
+    const auto context = make_context(desc);
+    const Buffer y = device_buffer(*context, kGroups[0] * kGroups[1]);
+    context->device().pace.of("test_slow").most = 1;  // measured as estimated
+    for (const double submits : {4.0, 20.0}) {
+        Dispatch uneven = slow(y.range(), kGroups, 1, flops_for(*context, submits));
+        uneven.most_group.flops = uneven.work.flops / submits * 2;  // two submits take as long
+        CommandList list = test::record(*context, {uneven});
+        if (submits < 5) {
+            EXPECT_LE(list.submit_count(), 5U) << "five submits are not too long for a watchdog";
+            continue;
+        }
+        for (const Piece& part : parts_of(list)) EXPECT_LE(part.groups[0] * part.groups[1], 2U);
+        EXPECT_OK(context->run(list));
+        EXPECT_GE(list.submit_count(), 204U);
+    }
 }
 
 }  // namespace

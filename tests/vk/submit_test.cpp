@@ -307,7 +307,11 @@ TEST_F(Submit, LossNamesTheLastWork) {
     const Status lost = scope.finish();
     EXPECT_ERROR(lost, Code::kDeviceLost,
                  "create it again. Its last work: fill to accumulate (test_accumulate");
-    EXPECT_ERROR(lost, Code::kDeviceLost, "), most of it fill; submit 1 of 1");
+    EXPECT_ERROR(lost, Code::kDeviceLost, "), most of it accumulate (test_accumulate");
+    EXPECT_ERROR(lost, Code::kDeviceLost, "); submit 1 of 1");
+#if defined(_WIN32)
+    EXPECT_ERROR(lost, Code::kDeviceLost, "TdrDelay");
+#endif
 }
 
 TEST_F(Submit, LossOfASegmentNamesThoseThatHaveNotEnded) {

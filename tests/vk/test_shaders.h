@@ -31,7 +31,7 @@ inline vk::Dispatch scale(const vk::BufferView& x, const vk::BufferView& y, std:
             .push = ScaleParams{n, factor},
             .accesses = {vk::read(x), vk::write(y)},
             .groups = groups_of(n),
-            .work = {}};
+            .work = {.flops = 2.0 * n, .bytes = 8.0 * n}};
 }
 
 /// y = 1 where factor * x is finite
@@ -43,7 +43,7 @@ inline vk::Dispatch finite(const vk::BufferView& x, const vk::BufferView& y, std
             .push = ScaleParams{n, factor},
             .accesses = {vk::read(x), vk::write(y)},
             .groups = groups_of(n),
-            .work = {}};
+            .work = {.flops = 2.0 * n, .bytes = 8.0 * n}};
 }
 
 /// y += x
@@ -54,7 +54,7 @@ inline vk::Dispatch accumulate(const vk::BufferView& x, const vk::BufferView& y,
             .push = n,
             .accesses = {vk::read(x), vk::read_write(y)},
             .groups = groups_of(n),
-            .work = {}};
+            .work = {.flops = 1.0 * n, .bytes = 12.0 * n}};
 }
 
 /// y = 1, by a kernel that has no plain module
@@ -65,7 +65,7 @@ inline vk::Dispatch ones(const vk::BufferView& y, std::uint32_t n) {
             .push = n,
             .accesses = {vk::write(y)},
             .groups = groups_of(n),
-            .work = {}};
+            .work = {.flops = 0, .bytes = 4.0 * n}};
 }
 
 /// Flops of a kernel that are taken for `submits` times the longest submit, by what is known of it now.
@@ -90,7 +90,7 @@ inline vk::Dispatch slow(const vk::BufferView& y, vk::Groups groups, std::uint32
             .push = SlowParams{groups[0], rounds},
             .accesses = {vk::write(y)},
             .groups = groups,
-            .work = {.flops = flops, .bytes = 0}};
+            .work = {.flops = flops, .bytes = 4}};
 }
 
 /// y = 2 * x, in quads
@@ -101,7 +101,7 @@ inline vk::Dispatch texel(const vk::BufferView& x, const vk::BufferView& y, std:
             .push = quads,
             .accesses = {vk::read(x), vk::write(y)},
             .groups = groups_of(quads),
-            .work = {}};
+            .work = {.flops = 4.0 * quads, .bytes = 32.0 * quads}};
 }
 
 /// y[0] = number of workgroups
@@ -112,7 +112,7 @@ inline vk::Dispatch count_groups(const vk::BufferView& y, std::uint32_t groups, 
             .push = {},
             .accesses = {vk::write(y)},
             .groups = {groups, 1, 1},
-            .work = {.flops = flops, .bytes = 0}};
+            .work = {.flops = flops, .bytes = 4}};
 }
 
 /// y[index] = 1, wherever that is
@@ -123,7 +123,7 @@ inline vk::Dispatch out_of_range(const vk::BufferView& y, std::uint32_t index) {
             .push = index,
             .accesses = {vk::write(y)},
             .groups = {1, 1, 1},
-            .work = {}};
+            .work = {.flops = 0, .bytes = 4}};
 }
 
 /// `bytes` of `view` from byte `offset` on.

@@ -19,11 +19,11 @@
 // become 0, 1, 2, 3). Differences are sorted by the exponent of what they are less, as their sizes depend on it, which
 // saves a seventh.
 
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdint>
 #include <cstdio>
 #include <exception>
@@ -38,6 +38,10 @@
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "core/os/console.h"
+#include "core/os/file.h"
+#include "core/os/path.h"
 
 namespace {
 
@@ -61,12 +65,12 @@ std::string text_of(std::uint64_t number) {
 
 std::string read_file(const std::string& path) {
     std::error_code error;
-    const std::uint64_t size = std::filesystem::file_size(path, error);
+    const std::uint64_t size = std::filesystem::file_size(splat::os::path_of(path), error);
     if (error) throw Failure(path + ": cannot be read: " + error.message() + "; name a file");
     if (size > kMaxBytes)
         throw Failure(path + ": has " + text_of(size) + " bytes, expected at most " +
                       text_of(kMaxBytes) + "; name a smaller file");
-    std::ifstream stream(path, std::ios::binary);
+    std::ifstream stream(splat::os::path_of(path), std::ios::binary);
     std::string bytes{std::istreambuf_iterator<char>(stream), {}};
     if (!stream.is_open() || stream.bad() || bytes.size() != size)
         throw Failure(path + ": " + text_of(bytes.size()) + " bytes were read, expected " +
@@ -76,17 +80,16 @@ std::string read_file(const std::string& path) {
 
 /// `path` holds the old bytes or all of the new ones at any time.
 void write_file(const std::string& path, const std::string& bytes) {
-    const std::string temporary = path + "." + std::to_string(getpid()) + ".tmp";
-    std::ofstream stream(temporary, std::ios::binary);
+    const std::string temporary = splat::os::temporary_name(path);
+    std::ofstream stream(splat::os::path_of(temporary), std::ios::binary);
     stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     stream.close();
-    std::error_code error, none;
-    if (stream) std::filesystem::rename(temporary, path, error);
-    if (!stream || error) {
-        std::filesystem::remove(temporary, none);
-        throw Failure(path + ": " + text_of(bytes.size()) + " bytes cannot be written" +
-                      (error ? ": " + error.message() : "") + "; check the folder and the disk");
-    }
+    const bool written = !stream.fail();
+    if (written && splat::os::rename(temporary, path) == 0) return;
+    const std::string reason = written ? ": " + splat::os::reason(errno) : "";
+    splat::os::remove(temporary);
+    throw Failure(path + ": " + text_of(bytes.size()) + " bytes cannot be written" + reason +
+                  "; check the folder and the disk");
 }
 
 std::uint32_t checksum(const std::string& bytes) {
@@ -389,6 +392,7 @@ std::string apply(const std::string& base_path, const std::string& path) {
 }  // namespace
 
 int main(int count, char** words) {
+    words = splat::os::arguments(count, words);
     const std::vector<std::string> arguments(words + std::min(count, 1), words + count);
     if (arguments.size() != 4 || (arguments[0] != "make" && arguments[0] != "apply")) {
         std::fputs(

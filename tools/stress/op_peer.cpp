@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "core/os/path.h"
 #include "vkrun/cli/files.h"
 
 namespace vkrun::stress {
@@ -47,7 +48,7 @@ PeerResults OpPeer::results_of(const OpCase& op_case) {
                {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float)});
     peer_->run("run");
     PeerResults results;
-    std::ifstream answer(folder_.file("results.f32"), std::ios::binary);
+    std::ifstream answer(splat::os::path_of(folder_.file("results.f32")), std::ios::binary);
     const auto take = [&](const std::string& name, std::size_t count) {
         std::vector<float> values(count);
         if (!answer.read(reinterpret_cast<char*>(values.data()),

@@ -1,8 +1,7 @@
 // Equal bits with any number of threads: Mesa's software driver reads LP_NUM_THREADS when a process starts.
 
-#include <filesystem>
-
 #include "bench/model/model_peer.h"
+#include "core/os/process.h"
 #include "stress/stress.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/text.h"
@@ -11,11 +10,10 @@ namespace vkrun::stress {
 namespace {
 
 Json hashes_with(const Run& run, int threads) {
-    const bench::ModelPeer child(
-        {"env", format("LP_NUM_THREADS=%d", threads),
-         std::filesystem::read_symlink("/proc/self/exe").string(), "stress", "--quick", "--hashes",
-         "--device", run.options().device},
-        "its message says why");
+    const bench::ModelPeer child({splat::os::program_file(), "stress", "--quick", "--hashes",
+                                  "--device", run.options().device},
+                                 "its message says why",
+                                 {{"LP_NUM_THREADS", std::to_string(threads)}});
     return child.about();
 }
 

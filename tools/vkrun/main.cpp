@@ -1,5 +1,6 @@
 // vkrun: the command line of libsplat. README.md says where each command lives.
 
+#include "core/os/console.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/program.h"
 #include "vkrun/measuring.h"
@@ -32,6 +33,7 @@ void add_commands(CLI::App& app, int& exit_code) {
 }  // namespace vkrun
 
 int main(int argc, char** argv) {
+    argv = splat::os::arguments(argc, argv);
     if (vkrun::is_measuring(argc, argv)) return vkrun::run_measuring(argv);
     return vkrun::run_program(argc, argv, vkrun::add_commands);
 }

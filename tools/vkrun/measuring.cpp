@@ -1,14 +1,11 @@
 #include "vkrun/measuring.h"
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
-#include <filesystem>
 #include <string_view>
 
+#include "core/os/child.h"
+#include "core/os/process.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/options.h"
@@ -43,15 +40,13 @@ bool is_measuring(int argc, char** argv) {
 }
 
 int run_measuring(char** argv) {
-    std::error_code ignored;
-    const std::filesystem::path program =
-        std::filesystem::read_symlink("/proc/self/exe", ignored).replace_filename("vkrun-bench");
-    ::execv(program.c_str(), argv);
+    const std::string program = splat::os::program_beside("vkrun-bench");
+    const int failed = splat::os::run_instead(program, argv);
     std::fprintf(
         stderr,
         "vkrun: cannot start '%s', which measures: %s; build it where you built vkrun ('cmake "
         "--build --preset release')\n",
-        program.c_str(), std::strerror(errno));
+        program.c_str(), splat::os::reason(failed).c_str());
     return kFailed;
 }
 

@@ -1,6 +1,7 @@
 using System;
 using System.Collections.Generic;
 using System.Globalization;
+using System.IO;
 using System.Text.RegularExpressions;
 using Splat.Interop;
 
@@ -25,6 +26,15 @@ namespace Splat
     /// <summary>The loaded libsplat. The first use of any class checks that it fits.</summary>
     public static unsafe class Library
     {
+        private const string Missing =
+            "libsplat.so was not found, or a library that it needs is missing. Put its folder into " +
+            "LD_LIBRARY_PATH, or name the file in Splat.dll.config (<dllmap dll=\"libsplat\" " +
+            "target=\"...\"/>, mono), or install the package with runtimes/<rid>/native (.NET).";
+
+        private const string MissingOnWindows =
+            "libsplat.dll was not found. Copy libsplat's splat.dll beside the program, and call the " +
+            "copy libsplat.dll: Windows ignores case, and Splat.dll is this assembly.";
+
         private static volatile bool fits;
 
         /// <summary>Version of the loaded library, "major.minor.patch".</summary>
@@ -99,10 +109,8 @@ namespace Splat
             catch (DllNotFoundException error)
             {
                 throw new DllNotFoundException(
-                    "libsplat.so was not found, or a library that it needs is missing. Put its " +
-                    "folder into LD_LIBRARY_PATH, or name the file in Splat.dll.config " +
-                    "(<dllmap dll=\"splat\" target=\"...\"/>, mono), or install the package " +
-                    "with runtimes/<rid>/native (.NET). The loader said: " + error.Message, error);
+                    (Path.DirectorySeparatorChar == '\\' ? MissingOnWindows : Missing) +
+                    " The loader said: " + error.Message, error);
             }
             catch (EntryPointNotFoundException error)
             {

@@ -10,7 +10,8 @@ namespace Splat.Interop
     /// <summary>The functions of libsplat, as its headers declare them.</summary>
     public static unsafe class Native
     {
-        private const string Lib = "splat";
+        // On Windows libsplat.dll: "splat" would be this assembly there, Splat.dll.
+        private const string Lib = "libsplat";
         private const CallingConvention C = CallingConvention.Cdecl;
 
         /// <summary>Version of the headers of these declarations.</summary>

@@ -137,7 +137,7 @@ package() {
 
     # The library by its path, and what it needs beside it.
     mkdir "$temp/app" "$temp/loads"
-    echo "<configuration><dllmap dll=\"splat\" target=\"$native/libsplat.so\"/></configuration>" \
+    echo "<configuration><dllmap dll=\"libsplat\" target=\"$native/libsplat.so\"/></configuration>" \
         >"$temp/app/Splat.dll.config"
     LD_DEBUG=libs LD_DEBUG_OUTPUT="$temp/loads/of" example "$temp" "$temp/content/lib/netstandard2.0/Splat.dll"
     for library in "$native"/*; do

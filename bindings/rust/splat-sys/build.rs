@@ -1,9 +1,20 @@
-//! Finds libsplat.so: in SPLAT_LIB_DIR, or by pkg-config.
+//! Finds libsplat.so, for Windows the import library of splat.dll: in SPLAT_LIB_DIR, or by pkg-config.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const LIBRARIES: [&str; 3] = ["libsplat.so", "libsplat.dylib", "splat.lib"];
+/// What is linked; for Windows the import library of the compiler's kind.
+fn libraries() -> &'static [&'static str] {
+    match std::env::var("CARGO_CFG_TARGET_ENV").as_deref() {
+        Ok("gnu") if for_windows() => &["splat.dll.a", "libsplat.dll.a"],
+        _ if for_windows() => &["splat.lib"],
+        _ => &["libsplat.so", "libsplat.dylib"],
+    }
+}
+
+fn for_windows() -> bool {
+    std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("windows")
+}
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
@@ -37,10 +48,10 @@ fn from_folder(folder: &str) {
         ));
     }
     let library =
-        LIBRARIES.iter().map(|name| Path::new(folder).join(name)).find(|path| path.exists());
+        libraries().iter().map(|name| Path::new(folder).join(name)).find(|path| path.exists());
     let library = match library {
         Some(library) => library,
-        None => fail(&format!("there is no libsplat.so in SPLAT_LIB_DIR={folder}")),
+        None => fail(&format!("there is no {} in SPLAT_LIB_DIR={folder}", libraries()[0])),
     };
     println!("cargo:rerun-if-changed={}", library.display());
     // The file is libsplat.so.1.2.3; without a version in its name the first call checks it.
@@ -49,11 +60,14 @@ fn from_folder(folder: &str) {
     if let Some((_, version)) = name.split_once(".so.") {
         check_version(version);
     }
+    search(folder);
+    if for_windows() {
+        return; // which has no run path: splat.dll lies beside the program, or in PATH
+    }
     for argument in ["-Xlinker", "-rpath", "-Xlinker", folder] {
         println!("cargo:rustc-link-arg={argument}");
     }
     println!("cargo:run_path={folder}");
-    search(folder);
 }
 
 /// Use the folders that `pkg-config --libs splat` names.
@@ -92,21 +106,33 @@ fn split(text: &str) -> Vec<String> {
 }
 
 /// Link with a folder's library. `cargo run` and `cargo test` look in build folders only, so these
-/// get links to it.
+/// get links to it, or copies of splat.dll, which is installed in bin.
 fn search(folder: &str) {
     println!("cargo:rustc-link-search=native={folder}");
-    #[cfg(unix)]
-    if let (Some(out), Ok(files)) = (std::env::var_os("OUT_DIR"), std::fs::read_dir(folder)) {
-        let out = PathBuf::from(out);
-        for file in files.flatten() {
-            if file.file_name().to_string_lossy().starts_with("libsplat.so") {
-                let link = out.join(file.file_name());
-                std::fs::remove_file(&link).ok();
-                std::os::unix::fs::symlink(file.path(), link).ok();
+    let out = match std::env::var_os("OUT_DIR") {
+        Some(out) => PathBuf::from(out),
+        None => return,
+    };
+    let start = if for_windows() { "splat.dll" } else { "libsplat.so" };
+    for place in [Path::new(folder).to_path_buf(), Path::new(folder).join("../bin")] {
+        for file in std::fs::read_dir(place).into_iter().flatten().flatten() {
+            if file.file_name().to_string_lossy().starts_with(start) {
+                put(&file.path(), &out.join(file.file_name()));
             }
         }
-        println!("cargo:rustc-link-search=native={}", out.display());
     }
+    println!("cargo:rustc-link-search=native={}", out.display());
+}
+
+#[cfg(unix)]
+fn put(library: &Path, link: &Path) {
+    std::fs::remove_file(link).ok();
+    std::os::unix::fs::symlink(library, link).ok();
+}
+
+#[cfg(not(unix))]
+fn put(library: &Path, copy: &Path) {
+    std::fs::copy(library, copy).ok();
 }
 
 /// Refuse a library of another version: the rule of the crate `splat` at run time.

@@ -5,6 +5,7 @@
 #include "api/handles.h"
 #include "api/scene/camera_value.h"
 #include "core/json_writer.h"
+#include "core/os/path.h"
 #include "io/colmap.h"
 #include "io/file.h"
 #include "io/transforms_json.h"
@@ -54,7 +55,8 @@ Result<io::CameraSet> load(const char* path, const splat_camera_file_desc* desc)
     SPLAT_TRY(api::require(path, "path"));
     SPLAT_ASSIGN(const CameraReading reading, camera_reading(desc));
     std::error_code unknown;
-    if (std::filesystem::is_directory(path, unknown)) return io::load_colmap(path, reading.options);
+    if (std::filesystem::is_directory(os::path_of(path), unknown))
+        return io::load_colmap(path, reading.options);
     SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
     auto set = io::read_transforms_json(file, reading.width, reading.height, reading.options);
     if (!set.ok())

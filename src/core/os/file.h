@@ -46,13 +46,19 @@ struct FileInfo {
     std::uint64_t bytes = 0;
     std::int64_t changed_ns = 0;  ///< last change of its contents, since 1970
     int permissions = 0;
-    std::uint64_t links = 0;  ///< names of the file; 0: removed
+    std::uint64_t links = 0;   ///< names of the file; 0: removed
+    std::uint64_t number = 0;  ///< what tells it from others of its disk
 };
 
 int examine(Handle file, FileInfo& info);
 /// Follows symbolic links.
 int examine(const std::string& path, FileInfo& info);
 bool is_link(const std::string& path);
+/// A folder, no link to one, that belongs to this user; on Windows, where the place of temporary folders is the user's
+/// own, any folder.
+bool is_own_folder(const std::string& path);
+/// Makes a folder that only this user may enter, with a new name that replaces the "XXXXXX" at the end of `path`.
+int make_temporary_folder(std::string& path);
 /// Does nothing where the file system has no permissions.
 void set_permissions(Handle file, int permissions);
 
@@ -64,7 +70,12 @@ void unlock(Handle file);
 
 /// Give a file another name, whose old file is replaced at once.
 int rename(const std::string& from, const std::string& to);
+/// Remove a file or an empty folder.
 int remove(const std::string& path);
+/// In a folder that is there.
+int make_folder(const std::string& path);
+/// Make a folder unless it is there, and those that it lies in (`file.cpp`).
+int make_folders(const std::string& path);
 /// Flush the names in the folder of `path` to the disk. Some systems cannot; the files are complete anyway.
 void flush_folder_of(const std::string& path);
 /// Another handle of the same file, which no child inherits.

@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 
@@ -50,6 +51,7 @@ int filled(int result, const struct stat& found, FileInfo& info) {
     info.changed_ns = std::int64_t{changed.tv_sec} * 1'000'000'000 + changed.tv_nsec;
     info.permissions = static_cast<int>(found.st_mode & 07777);
     info.links = found.st_nlink;
+    info.number = found.st_ino;
     return 0;
 }
 
@@ -78,6 +80,10 @@ std::int64_t write(Handle file, const void* from, std::size_t bytes,
 }
 
 int flush(Handle file) {
+#if defined(F_FULLFSYNC)
+    // On macOS fsync leaves the drive's own cache as it is; some file systems have nothing more.
+    if (::fcntl(file, F_FULLFSYNC) == 0) return 0;
+#endif
     return ::fsync(file);
 }
 
@@ -110,6 +116,16 @@ bool is_link(const std::string& path) {
     return ::lstat(path.c_str(), &found) == 0 && S_ISLNK(found.st_mode);
 }
 
+bool is_own_folder(const std::string& path) {
+    struct stat found {};
+    return ::lstat(path.c_str(), &found) == 0 && S_ISDIR(found.st_mode) &&
+           found.st_uid == ::geteuid();
+}
+
+int make_temporary_folder(std::string& path) {
+    return ::mkdtemp(path.data()) != nullptr ? 0 : -1;
+}
+
 void set_permissions(Handle file, int permissions) {
     static_cast<void>(::fchmod(file, static_cast<mode_t>(permissions)));
 }
@@ -128,6 +144,10 @@ int rename(const std::string& from, const std::string& to) {
 
 int remove(const std::string& path) {
     return std::remove(path.c_str());
+}
+
+int make_folder(const std::string& path) {
+    return ::mkdir(path.c_str(), 0777);
 }
 
 void flush_folder_of(const std::string& path) {

@@ -10,7 +10,8 @@ namespace splat::os {
 std::string library_file(const std::string& name);
 
 /// nullptr, with the reason in `failed`. A bare name is sought where the system looks for libraries.
-void* load_library(const std::string& path, std::string& failed);
+/// `lazily`: functions that the library lacks are an error when they are called, if the system can wait until then.
+void* load_library(const std::string& path, std::string& failed, bool lazily = false);
 
 /// nullptr if the library has no such function.
 void* function_of(void* library, const char* name);

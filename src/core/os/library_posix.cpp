@@ -12,8 +12,8 @@ std::string library_file(const std::string& name) {
 #endif
 }
 
-void* load_library(const std::string& path, std::string& failed) {
-    void* const library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+void* load_library(const std::string& path, std::string& failed, bool lazily) {
+    void* const library = ::dlopen(path.c_str(), (lazily ? RTLD_LAZY : RTLD_NOW) | RTLD_LOCAL);
     if (library != nullptr) return library;
     const char* const text = ::dlerror();
     failed = text == nullptr ? "unknown reason" : text;

@@ -8,7 +8,7 @@ std::string library_file(const std::string& name) {
     return name + ".dll";
 }
 
-void* load_library(const std::string& path, std::string& failed) {
+void* load_library(const std::string& path, std::string& failed, bool) {
     const bool file = path.find_first_of("/\\") != std::string::npos;
     // What a library needs lies beside it. The current folder is never searched.
     const DWORD flags =
@@ -36,9 +36,7 @@ std::string file_of_code() {
             GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
             reinterpret_cast<const wchar_t*>(&file_of_code), &module) == 0)
         return "";
-    std::wstring path(32768, L'\0');
-    path.resize(::GetModuleFileNameW(module, path.data(), static_cast<DWORD>(path.size())));
-    return utf8(path);
+    return file_of(module);
 }
 
 }  // namespace splat::os

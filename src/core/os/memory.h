@@ -24,6 +24,8 @@ void advise(void* memory, std::size_t bytes, Pages advice);
 
 /// Memory of the machine; 0 if the system does not say.
 std::uint64_t machine_bytes();
+/// What of it is left, caches that the system gives back included; 0 if the system does not say.
+std::uint64_t machine_bytes_left();
 /// The innermost cache for code of a core; 0 if the system does not say.
 std::uint64_t code_cache_bytes();
 

@@ -4,6 +4,9 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
+#include <fstream>
+#include <string>
 
 namespace splat::os {
 namespace {
@@ -55,6 +58,16 @@ std::uint64_t machine_bytes() {
     const long page = ::sysconf(_SC_PAGESIZE);
     if (pages <= 0 || page <= 0) return 0;
     return static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
+}
+
+std::uint64_t machine_bytes_left() {
+    std::ifstream file("/proc/meminfo");
+    for (std::string line; std::getline(file, line);) {
+        unsigned long long kilobytes = 0;
+        if (std::sscanf(line.c_str(), "MemAvailable: %llu kB", &kilobytes) == 1)
+            return kilobytes * 1024;
+    }
+    return 0;
 }
 
 std::uint64_t code_cache_bytes() {

@@ -25,13 +25,28 @@ int populate_mapped(void*, std::size_t) {
     return 0;
 }
 
-/// Large pages need a privilege here.
-void advise(void*, std::size_t, Pages) {}
+/// Large pages need a privilege here, and nothing fills pages at once.
+void advise(void* memory, std::size_t bytes, Pages advice) {
+    if (advice != Pages::kDiscard) return;
+    SYSTEM_INFO system{};
+    ::GetSystemInfo(&system);
+    const std::uintptr_t page = system.dwPageSize;
+    const auto at = reinterpret_cast<std::uintptr_t>(memory);
+    const std::uintptr_t first = (at + page - 1) / page * page;
+    const std::uintptr_t last = (at + bytes) / page * page;
+    if (first < last) ::DiscardVirtualMemory(reinterpret_cast<void*>(first), last - first);
+}
 
 std::uint64_t machine_bytes() {
     MEMORYSTATUSEX status{};
     status.dwLength = sizeof status;
     return ::GlobalMemoryStatusEx(&status) != 0 ? status.ullTotalPhys : 0;
+}
+
+std::uint64_t machine_bytes_left() {
+    MEMORYSTATUSEX status{};
+    status.dwLength = sizeof status;
+    return ::GlobalMemoryStatusEx(&status) != 0 ? status.ullAvailPhys : 0;
 }
 
 std::uint64_t code_cache_bytes() {

@@ -4,6 +4,18 @@
 
 namespace splat::os {
 
+std::filesystem::path path_of(const std::string& text) {
+    return text;
+}
+
+std::string text_of(const std::filesystem::path& path) {
+    return path.native();
+}
+
+bool may_create(const std::string&) {
+    return true;
+}
+
 std::size_t name_start(const std::string& path) {
     return path.rfind('/') + 1;  // 0 without a folder
 }
@@ -15,6 +27,11 @@ bool is_absolute(const std::string& path) {
 std::optional<std::string> variable(const char* name) {
     const char* const value = std::getenv(name);
     return value == nullptr ? std::nullopt : std::optional<std::string>(value);
+}
+
+std::string temporary_place() {
+    const std::string named = variable("TMPDIR").value_or("");
+    return named.empty() ? "/tmp" : named;
 }
 
 std::optional<std::string> cache_folder() {

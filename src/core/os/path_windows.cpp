@@ -1,6 +1,8 @@
 #include "core/os/path.h"
 
+#include <algorithm>
 #include <cctype>
+#include <cerrno>
 
 #include "core/os/windows.h"
 
@@ -17,6 +19,28 @@ bool is_separator(char c) {
 }
 
 }  // namespace
+
+std::filesystem::path path_of(const std::string& text) {
+    return wide(text);
+}
+
+std::string text_of(const std::filesystem::path& path) {
+    return utf8(path.generic_wstring());
+}
+
+bool may_create(const std::string& path) {
+    std::size_t at = path.starts_with(R"(\\?\)") ? 4 : 0;
+    if (has_drive(path.substr(at))) at += 2;
+    while (at < path.size()) {
+        const std::size_t end = std::min(path.find_first_of("/\\", at), path.size());
+        const std::string part = path.substr(at, end - at);
+        at = end + 1;
+        if (part == "." || part == ".." || !is_reserved_name(part)) continue;
+        errno = EINVAL;
+        return false;
+    }
+    return true;
+}
 
 std::size_t name_start(const std::string& path) {
     const std::size_t start = path.find_last_of("/\\") + 1;  // 0 without a folder
@@ -35,6 +59,12 @@ std::optional<std::string> variable(const char* name) {
     std::wstring value(units, L'\0');
     value.resize(::GetEnvironmentVariableW(wide_name.c_str(), value.data(), units));
     return utf8(value);
+}
+
+std::string temporary_place() {
+    std::wstring place(MAX_PATH + 1, L'\0');
+    place.resize(::GetTempPathW(MAX_PATH + 1, place.data()));
+    return text_of(place);
 }
 
 std::optional<std::string> cache_folder() {

@@ -1,11 +1,21 @@
 #include "core/os/process.h"
 
+#include "core/os/path.h"
 #include "core/os/windows.h"
 
 namespace splat::os {
 
 std::int64_t process_id() {
     return ::GetCurrentProcessId();
+}
+
+std::string program_file() {
+    return file_of(nullptr);
+}
+
+std::string program_beside(const std::string& name) {
+    const std::string program = program_file();
+    return program.substr(0, name_start(program)) + name + ".exe";
 }
 
 bool may_run(std::int64_t process) {

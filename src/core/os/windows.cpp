@@ -2,6 +2,8 @@
 
 #include <cerrno>
 
+#include "core/os/path.h"
+
 namespace splat::os {
 namespace {
 
@@ -12,30 +14,22 @@ struct Meaning {
     DWORD system;
     int number;
 };
-constexpr Meaning kMeanings[] = {{ERROR_FILE_NOT_FOUND, ENOENT},
-                                 {ERROR_PATH_NOT_FOUND, ENOENT},
-                                 {ERROR_INVALID_DRIVE, ENOENT},
-                                 {ERROR_BAD_NETPATH, ENOENT},
-                                 {ERROR_BAD_NET_NAME, ENOENT},
-                                 {ERROR_INVALID_NAME, EINVAL},
-                                 {ERROR_DIRECTORY, ENOTDIR},
-                                 {ERROR_ACCESS_DENIED, EACCES},
-                                 {ERROR_WRITE_PROTECT, EROFS},
-                                 {ERROR_SHARING_VIOLATION, EBUSY},
-                                 {ERROR_LOCK_VIOLATION, EWOULDBLOCK},
-                                 {ERROR_IO_PENDING, EWOULDBLOCK},
-                                 {ERROR_FILE_EXISTS, EEXIST},
-                                 {ERROR_ALREADY_EXISTS, EEXIST},
-                                 {ERROR_DISK_FULL, ENOSPC},
-                                 {ERROR_HANDLE_DISK_FULL, ENOSPC},
-                                 {ERROR_NOT_ENOUGH_MEMORY, ENOMEM},
-                                 {ERROR_OUTOFMEMORY, ENOMEM},
-                                 {ERROR_TOO_MANY_OPEN_FILES, EMFILE},
-                                 {ERROR_INVALID_HANDLE, EBADF},
-                                 {ERROR_DIR_NOT_EMPTY, ENOTEMPTY},
-                                 {ERROR_NOT_SAME_DEVICE, EXDEV},
-                                 {ERROR_FILENAME_EXCED_RANGE, ENAMETOOLONG},
-                                 {ERROR_CANT_RESOLVE_FILENAME, ELOOP}};
+constexpr Meaning kMeanings[] = {
+    {ERROR_FILE_NOT_FOUND, ENOENT},       {ERROR_PATH_NOT_FOUND, ENOENT},
+    {ERROR_INVALID_DRIVE, ENOENT},        {ERROR_BAD_NETPATH, ENOENT},
+    {ERROR_BAD_NET_NAME, ENOENT},         {ERROR_INVALID_NAME, EINVAL},
+    {ERROR_DIRECTORY, ENOTDIR},           {ERROR_ACCESS_DENIED, EACCES},
+    {ERROR_WRITE_PROTECT, EROFS},         {ERROR_SHARING_VIOLATION, EBUSY},
+    {ERROR_USER_MAPPED_FILE, EBUSY},      {ERROR_LOCK_VIOLATION, EWOULDBLOCK},
+    {ERROR_IO_PENDING, EWOULDBLOCK},      {ERROR_FILE_EXISTS, EEXIST},
+    {ERROR_ALREADY_EXISTS, EEXIST},       {ERROR_DISK_FULL, ENOSPC},
+    {ERROR_HANDLE_DISK_FULL, ENOSPC},     {ERROR_NOT_ENOUGH_MEMORY, ENOMEM},
+    {ERROR_OUTOFMEMORY, ENOMEM},          {ERROR_TOO_MANY_OPEN_FILES, EMFILE},
+    {ERROR_INVALID_HANDLE, EBADF},        {ERROR_DIR_NOT_EMPTY, ENOTEMPTY},
+    {ERROR_NOT_SAME_DEVICE, EXDEV},       {ERROR_FILENAME_EXCED_RANGE, ENAMETOOLONG},
+    {ERROR_CANT_RESOLVE_FILENAME, ELOOP}, {ERROR_BAD_PATHNAME, ENOENT},
+    {ERROR_BROKEN_PIPE, EPIPE},           {ERROR_NO_DATA, EPIPE},
+    {ERROR_COMMITMENT_LIMIT, ENOMEM},     {ERROR_NO_SYSTEM_RESOURCES, ENOMEM}};
 
 }  // namespace
 
@@ -70,6 +64,12 @@ std::wstring wide_path(const std::string& path) {
     if (whole.starts_with(LR"(\\?\)")) return whole;
     if (whole.starts_with(LR"(\\)")) return LR"(\\?\UNC)" + whole.substr(1);
     return LR"(\\?\)" + whole;
+}
+
+std::string file_of(HMODULE module) {
+    std::wstring path(kLongestPath + 1, L'\0');
+    path.resize(::GetModuleFileNameW(module, path.data(), static_cast<DWORD>(path.size())));
+    return utf8(path);
 }
 
 int fail() {

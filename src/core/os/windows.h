@@ -20,6 +20,9 @@ std::wstring whole_path(const std::string& path);
 /// A path as the system takes it: long ones whole, with the prefix that allows them.
 std::wstring wide_path(const std::string& path);
 
+/// The file of a module, of the program for nullptr.
+std::string file_of(HMODULE module);
+
 /// Set errno to what the last error of the system means. Returns -1.
 int fail();
 

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "core/path_name.h"
 #include "core/shown.h"
 #include "io/file.h"
@@ -80,7 +81,7 @@ Result<std::string> relative_path(const std::string& uri, const std::string& whe
     }
     if (path.find('\\') != path.npos) return refused("has a backslash");
     if (!check_below(path).ok()) return refused("leads out of the folder");
-    return std::filesystem::path(path).lexically_normal().string();
+    return os::text_of(os::path_of(path).lexically_normal());
 }
 
 }  // namespace
@@ -143,7 +144,7 @@ Result<Bytes> Document::resource(const std::string& uri, const std::string& wher
     if (const auto found = resources_.find(path); found != resources_.end())
         return Bytes(found->second);
     SPLAT_TRY(check_no_links(*folder_, path, "gltf: " + where));
-    SPLAT_ASSIGN(Buffer bytes, read_file((std::filesystem::path(*folder_) / path).string()));
+    SPLAT_ASSIGN(Buffer bytes, read_file(os::text_of(os::path_of(*folder_) / path)));
     file_bytes_ += bytes.size();
     return Bytes(resources_[path] = std::move(bytes));
 }

@@ -5,6 +5,7 @@
 
 #include "core/json_tree.h"
 #include "core/json_writer.h"
+#include "core/path_name.h"
 #include "core/shown.h"
 #include "io/reader.h"
 #include "scene/gaussians.h"
@@ -88,8 +89,7 @@ class SogMetaReader {
             const std::string* const name = names[i].text();
             if (name == nullptr || name->empty())
                 return bad(std::string(section) + ".files", "names");
-            // A name with a folder, a drive or an address could lead out of the folder.
-            if (name->find_first_of("/\\:") != std::string::npos || *name == ".." || *name == ".")
+            if (!is_name_in_folder(*name))
                 return damaged("sog: %s.files names '%s', expected a file beside meta.json",
                                section, shown(*name, 80).c_str());
             meta_.files[*(images.begin() + i)] = *name;

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "core/os/path.h"
 #include "io/folder.h"
 #include "io/photo/photo.h"
 #include "io/reader.h"
@@ -65,9 +66,9 @@ Result<SogFiles> files_of_folder(Bytes text, const LoadOptions& options) {
     files.bytes = text.size();
     for (std::size_t i = 0; i < kSogImages; ++i) {
         if (files.meta.files[i].empty()) continue;
-        const auto path = std::filesystem::path(*options.folder) / files.meta.files[i];
+        const auto path = os::path_of(*options.folder) / files.meta.files[i];
         SPLAT_TRY(check_no_links(*options.folder, files.meta.files[i], "sog"));
-        auto read = read_file(path.string());
+        auto read = read_file(os::text_of(path));
         if (read.status().code() == Code::kNotFound)
             return damaged("sog: %s: the image is missing", read.status().message().c_str());
         SPLAT_ASSIGN(files.images[i], std::move(read));

@@ -55,11 +55,11 @@ TEST(ApiCancel, WorksFromASignalHandler) {
     static splat_device handled;
     handled = device;
     const auto before =
-        std::signal(SIGUSR1, [](int) { static_cast<void>(splat_device_cancel(handled)); });
+        std::signal(SIGTERM, [](int) { static_cast<void>(splat_device_cancel(handled)); });
     call.begin();
-    ASSERT_EQ(std::raise(SIGUSR1), 0);
+    ASSERT_EQ(std::raise(SIGTERM), 0);
     EXPECT_EQ(call.finish(), SPLAT_CANCELLED);
-    std::signal(SIGUSR1, before);
+    std::signal(SIGTERM, before);
 }
 
 /// The published network: a pass of seconds, of which the device gets a few hundredths at a time.

@@ -11,8 +11,37 @@
 namespace splat::test {
 namespace {
 
-constexpr int kTraps = FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW;
 constexpr int kRoundings[] = {FE_DOWNWARD, FE_UPWARD, FE_TOWARDZERO};
+
+#if defined(__aarch64__)
+std::uint64_t control_now() {
+    std::uint64_t control = 0;
+    __asm__ volatile("mrs %0, fpcr" : "=r"(control));
+    return control;
+}
+
+void set_control(std::uint64_t control) {
+    __asm__ volatile("msr fpcr, %0" : : "r"(control));
+}
+#endif
+
+/// Divisions by zero, invalid operations and overflows end the program from now on.
+#if defined(_WIN32)
+bool trap() {
+    _mm_setcsr(_mm_getcsr() & ~0x0680U);
+    return true;
+}
+int traps_now() {
+    return 0;  // they are in the word of mode_now()
+}
+#else
+bool trap() {
+    return feenableexcept(FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW) != -1;
+}
+int traps_now() {
+    return fegetexcept();
+}
+#endif
 
 /// What a caller may have set; false where the machine cannot.
 struct Mode {
@@ -25,11 +54,14 @@ constexpr Mode kModes[] = {{"down", [] { return std::fesetround(FE_DOWNWARD) == 
 #if defined(__x86_64__)
                                 _mm_setcsr(_mm_getcsr() | 0x8040U);  // what -ffast-math sets
                                 return true;
+#elif defined(__aarch64__)
+                                set_control(control_now() | std::uint64_t{1} << 24U);
+                                return true;
 #else
                                 return false;
 #endif
                             }},
-                           {"traps", [] { return feenableexcept(kTraps) != -1; }}};
+                           {"traps", [] { return trap(); }}};
 
 /// Sets a mode; the default comes back at the end.
 class InMode {
@@ -47,9 +79,11 @@ class InMode {
 /// Rounding, traps, and the treatment of subnormal numbers.
 std::array<unsigned, 3> mode_now() {
     std::array<unsigned, 3> now = {static_cast<unsigned>(std::fegetround()),
-                                   static_cast<unsigned>(fegetexcept()), 0};
+                                   static_cast<unsigned>(traps_now()), 0};
 #if defined(__x86_64__)
     now[2] = _mm_getcsr() & ~0x3FU;
+#elif defined(__aarch64__)
+    now[2] = static_cast<unsigned>(control_now());
 #endif
     return now;
 }

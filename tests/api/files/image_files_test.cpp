@@ -1,10 +1,10 @@
 // Image files and the caller's pixels. Needs no device.
-#include <unistd.h>
 
 #include <fstream>
 #include <limits>
 
 #include "api/api_calls.h"
+#include "support/system.h"
 
 namespace splat::test {
 namespace {
@@ -209,13 +209,16 @@ TEST_F(ApiImage, ErrorsTellFilesApart) {
     EXPECT_REFUSED(splat_image_load(path("none.png").c_str(), &image, nullptr), kNotFound,
                    "none.png': No such file");
     EXPECT_REFUSED(splat_image_load(folder_.c_str(), &image, nullptr), kIo, "not a regular file");
-    std::filesystem::create_symlink("loop.png", path("loop.png"));
-    EXPECT_REFUSED(splat_image_load(path("loop.png").c_str(), &image, nullptr), kIo, "loop.png");
+    if (makes_links_in(folder_.path())) {
+        std::filesystem::create_symlink("loop.png", path("loop.png"));
+        EXPECT_REFUSED(splat_image_load(path("loop.png").c_str(), &image, nullptr), kIo,
+                       "loop.png");
+    }
     std::ofstream(path("text.png")) << "text";
     EXPECT_REFUSED(splat_image_load(path("text.png").c_str(), &image, nullptr), kFormat,
                    "text.png': not a PNG, JPEG, WebP, PGM or PPM file");
     EXPECT_EQ(image.width, 0U);
-    if (::geteuid() != 0) {  // root reads all files
+    if (kHasPermissions && !is_root()) {  // root reads all files
         std::filesystem::permissions(path("text.png"), std::filesystem::perms::none);
         EXPECT_REFUSED(splat_image_load(path("text.png").c_str(), &image, nullptr), kIo, "denied");
     }

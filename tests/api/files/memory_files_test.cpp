@@ -1,13 +1,11 @@
 // Weights and cameras in memory, and what the system refuses to write. Needs no device.
-#include <sys/resource.h>
-
 #include <array>
-#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 
 #include "api/raster_calls.h"
+#include "support/system.h"
 
 namespace splat::test {
 namespace {
@@ -135,21 +133,15 @@ TEST_F(ApiMemoryFiles, ColmapModelsAreTwoFiles) {
 
 /// A limit on the size of files stands for a full disk: the system refuses the same call.
 TEST_F(ApiMemoryFiles, AFullDiskIsAnErrorOfTheSystem) {
+    SPLAT_NEED_FILE_LIMIT();
     const Weights weights = make_weights();
     const Scene scene = SampleScene(50).create();
-    rlimit before{};
-    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
-    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-    rlimit small = before;
-    small.rlim_cur = 16;
-    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
-    const splat_result saved[] = {splat_weights_save(weights, path("w.npz").c_str(), 0),
-                                  splat_scene_save(scene, path("s.ply").c_str(), nullptr)};
-    const std::string message = splat_last_error_message();
-    ::setrlimit(RLIMIT_FSIZE, &before);
-    std::signal(SIGXFSZ, handler);
-    for (const splat_result result : saved) EXPECT_EQ(result, kIo) << message;
-    EXPECT_TRUE(holds(message, "cannot write"));
+    {
+        const FileLimit small(16);
+        EXPECT_REFUSED(splat_weights_save(weights, path("w.npz").c_str(), 0), kIo, "cannot write");
+        EXPECT_REFUSED(splat_scene_save(scene, path("s.ply").c_str(), nullptr), kIo,
+                       "cannot write");
+    }
     EXPECT_TRUE(std::filesystem::is_empty(folder_.path())) << "no part of a file remains";
 }
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <any>
 #include <deque>
 #include <filesystem>
@@ -13,6 +11,7 @@
 #include <typeindex>
 
 #include "api/raster_calls.h"
+#include "support/system.h"
 
 namespace splat::test {
 
@@ -255,8 +254,9 @@ class MisuseTable {
         splat_result without_room;
     };
     Outputs outputs_;
-    const std::string image_file_ = std::filesystem::temp_directory_path() /
-                                    ("splat-misuse-" + std::to_string(::getpid()) + ".png");
+    const std::string image_file_ =
+        (std::filesystem::temp_directory_path() / ("splat-misuse-" + test::process_text() + ".png"))
+            .string();
     Device device_ = open_device(SPLAT_DEVICE_PROFILE);
     Tensor tensor_ = make_tensor(device_, {4}, "mine");
     Tensor matrix_ = make_tensor(device_, {2, 2});

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <numbers>
 
 #include "api/predict/picture_calls.h"
 
@@ -84,7 +85,7 @@ TEST_F(ApiPredictor, GivesFactsOfAPrediction) {
     EXPECT_EQ(means_of(scene).size(), 3 * facts.gaussians);
     EXPECT_GT(facts.network_ms, 0);
     EXPECT_EQ(camera.width, 16U);
-    EXPECT_NEAR(camera.fx, 8 / std::tan(51.98948897809546 / 2 * M_PI / 180), 1e-4);
+    EXPECT_NEAR(camera.fx, 8 / std::tan(51.98948897809546 / 2 * std::numbers::pi / 180), 1e-4);
     EXPECT_EQ(camera.world_to_camera[0], 1);
     EXPECT_EQ(info.found, SPLAT_FOUND_BY_BORDER);
     EXPECT_EQ(info.warnings, std::uint32_t{SPLAT_PICTURE_FIELD_OF_VIEW}) << "10 degrees";

@@ -1,12 +1,11 @@
 // Models through the C API. Needs ONNX Runtime: run by tests/interop/onnx.sh.
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "api/api_calls.h"
 #include "prior_models/onnx/sample_models.h"
+#include "support/system.h"
 
 namespace splat::test {
 namespace {
@@ -118,19 +117,17 @@ TEST(ApiPriorModel, LeavesMapsUntouchedWhenItFails) {
 }
 
 TEST(ApiPriorModel, AForkedChildIsRefused) {
+    SPLAT_NEED_FORK();
     const PriorModel model = make_prior_model("u2net");
-    const pid_t child = fork();
-    if (child == 0) {
+    const auto refused = [&] {
         std::vector<std::uint8_t> rgb(20 * 16 * 3, 9), mask(320);
         const splat_image picture = packed_image(rgb, 20, 16, 3);
         splat_prior_maps maps{};
         maps.mask = packed_image(mask, 20, 16, 1);
         const splat_result result = splat_prior_model_run(model, &picture, &maps, 1);
-        _exit(result == kState ? 0 : 1);
-    }
-    int status = 1;
-    ASSERT_EQ(waitpid(child, &status, 0), child);
-    EXPECT_EQ(status, 0);
+        return result == kState ? 0 : 1;
+    };
+    EXPECT_EQ(in_child(refused), 0);
 }
 
 TEST(ApiPriorModel, SaysWhatIsWrongWithAModel) {

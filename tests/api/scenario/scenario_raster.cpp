@@ -1,10 +1,9 @@
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 
 #include "api/raster_calls.h"
 #include "api/scenario/scenario_calls.h"
+#include "support/system.h"
 
 namespace splat::test {
 namespace {
@@ -24,7 +23,7 @@ constexpr const char* kCameras =
 /// A folder with a file of cameras.
 class Folder {
   public:
-    Folder() : path_(fs::temp_directory_path() / ("splat_life_" + std::to_string(::getpid()))) {
+    Folder() : path_(fs::temp_directory_path() / ("splat_life_" + test::process_text())) {
         fs::create_directories(path_);
         std::ofstream(cameras()) << kCameras;
     }

@@ -1,9 +1,8 @@
-#include <unistd.h>
-
 #include <filesystem>
 
 #include "api/scenario/scenario_calls.h"
 #include "support/rng_fill.h"
+#include "support/system.h"
 
 namespace splat::test {
 namespace {
@@ -43,7 +42,7 @@ class TrainScenario : ScenarioCalls {
 
   private:
     static std::string file(const char* name) {
-        return (fs::temp_directory_path() / (name + std::to_string(::getpid()) + ".safetensors"))
+        return (fs::temp_directory_path() / (name + test::process_text() + ".safetensors"))
             .string();
     }
 

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "core/os/file.h"
+#include "core/os/path.h"
 #include "fuzz/target.h"
 
 namespace splat::fuzz {
@@ -16,20 +15,21 @@ class Folder {
   public:
     explicit Folder(const std::vector<std::string>& names) {
         namespace fs = std::filesystem;
-        std::string folder = fs::exists("/dev/shm") ? "/dev/shm" : fs::temp_directory_path();
-        folder += "/splat_fuzz_XXXXXX";
-        require(::mkdtemp(folder.data()) != nullptr);
-        path_ = folder;
+        std::error_code failed;
+        const bool has_memory = fs::exists("/dev/shm", failed);
+        path_ = has_memory ? "/dev/shm" : os::temporary_place();
+        path_ += "/splat_fuzz_XXXXXX";
+        require(os::make_temporary_folder(path_) == 0);
         for (const std::string& name : names) {
             fs::create_directories(fs::path(path(name)).parent_path());
-            files_.push_back(::open(path(name).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
-            require(files_.back() >= 0);
+            files_.push_back(os::open(path(name), os::Open::kUpdate));
+            require(files_.back() != os::kNoHandle);
         }
     }
     Folder(const Folder&) = delete;
     Folder& operator=(const Folder&) = delete;
     ~Folder() {
-        for (const int file : files_) ::close(file);
+        for (const os::Handle file : files_) os::close(file);
         std::error_code failed;
         std::filesystem::remove_all(path_, failed);
     }
@@ -39,14 +39,14 @@ class Folder {
 
     /// Replaces the content of one of the files.
     void write(std::size_t index, io::Bytes bytes) const {
-        require(::pwrite(files_[index], bytes.data(), bytes.size(), 0) ==
-                static_cast<ssize_t>(bytes.size()));
-        require(::ftruncate(files_[index], static_cast<off_t>(bytes.size())) == 0);
+        require(os::write(files_[index], bytes.data(), bytes.size(), 0) ==
+                static_cast<std::int64_t>(bytes.size()));
+        require(os::resize(files_[index], bytes.size()) == 0);
     }
 
   private:
     std::string path_;
-    std::vector<int> files_;
+    std::vector<os::Handle> files_;
 };
 
 }  // namespace splat::fuzz

@@ -1,7 +1,6 @@
 #include "io/scene_file.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
@@ -13,6 +12,7 @@
 #include "scene/arrays.h"
 #include "support/expect_status.h"
 #include "support/log_capture.h"
+#include "support/system.h"
 
 namespace splat::io {
 namespace {
@@ -244,8 +244,9 @@ TEST(SceneFile, AGivenFormatChoosesTheReader) {
 
 TEST(SceneFile, ComesBackFromDisk) {
     const auto scene = sample_scene(5, 2);
-    const std::string path = std::filesystem::temp_directory_path() /
-                             ("splat-scene-" + std::to_string(getpid()) + ".ply");
+    const std::string path =
+        (std::filesystem::temp_directory_path() / ("splat-scene-" + test::process_text() + ".ply"))
+            .string();
     const auto written = need(write_scene(scene, format_named("ply")));
     ASSERT_OK(write_file(path, written));
     const auto file = need(io::read_file(path));

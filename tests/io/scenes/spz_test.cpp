@@ -153,6 +153,7 @@ TEST(Spz, ReadsVersion1And2) {
                             {0xE8, 0xFF, 0xFF, 0x20, 0, 0, 0xFF, 0xFF, 0xFF, 51, 255, 0, 128, 160,
                              0, 255, 127, 127, 127});
     const auto packed = need(gzip(v2));
+    EXPECT_EQ(packed[9], std::byte{3}) << "the system, by RFC 1952: the same on all";
     loaded = read_spz(packed);
     ASSERT_OK(loaded);
     EXPECT_EQ(loaded.value().gaussians.means, (std::vector<float>{-1.5F, -2.0F, 0.0625F}))

@@ -1,5 +1,6 @@
 // A library that is no ONNX Runtime.
+#include "exported.h"
 
-extern "C" [[gnu::visibility("default")]] int no_onnx_runtime() {
+extern "C" SPLAT_EXPORTED int no_onnx_runtime() {
     return 0;
 }

@@ -1,4 +1,5 @@
 // A library that says it is an ONNX Runtime too old for us.
+#include "exported.h"
 #include "prior_models/onnx_slots.h"
 
 namespace {
@@ -12,7 +13,7 @@ const char* old_version() {
 
 }  // namespace
 
-extern "C" [[gnu::visibility("default")]] const splat::prior_models::OrtApiBase* OrtGetApiBase() {
+extern "C" SPLAT_EXPORTED const splat::prior_models::OrtApiBase* OrtGetApiBase() {
     static const splat::prior_models::OrtApiBase base{no_table, old_version};
     return &base;
 }

@@ -11,6 +11,7 @@
 #include "prior_models/point_depth.h"
 #include "ref/images/priors_ref.h"
 #include "support/expect_status.h"
+#include "support/system.h"
 
 namespace splat::prior_models {
 namespace {
@@ -195,18 +196,18 @@ TEST(PriorModel, EveryPresetGivesTheReferencesMaps) {
 TEST(PriorModel, IsFoundByItsFileAndInItsFolder) {
     const std::filesystem::path folder = testing::TempDir() + "prior_models";
     std::filesystem::create_directories(folder);
-    test::sample_model("u2net").save(folder / "u2net.onnx");
-    EXPECT_OK(PriorModel::create({"", folder / "u2net.onnx", "", 1}));
-    setenv("SPLAT_PRIORS_DIR", folder.c_str(), 1);
+    test::sample_model("u2net").save((folder / "u2net.onnx").string());
+    EXPECT_OK(PriorModel::create({"", (folder / "u2net.onnx").string(), "", 1}));
+    test::set_variable("SPLAT_PRIORS_DIR", folder.string());
     EXPECT_OK(PriorModel::create({"u2net", "", "", 1}));
     EXPECT_ERROR(PriorModel::create({"inspyrenet", "", "", 1}), Code::kNotFound,
                  "'vkrun priors where inspyrenet'");
-    unsetenv("SPLAT_PRIORS_DIR");
+    test::unset_variable("SPLAT_PRIORS_DIR");
     EXPECT_ERROR(PriorModel::create({"u2net", "/nowhere/u2net.onnx", "", 1}), Code::kNotFound,
                  "there is no file '/nowhere/u2net.onnx'");
-    test::sample_model("birefnet").save(folder / "other.onnx");
-    EXPECT_ERROR(PriorModel::create({"u2net", folder / "other.onnx", "", 1}), Code::kFormat,
-                 "the preset's file 175997641: another model, or fetched in part");
+    test::sample_model("birefnet").save((folder / "other.onnx").string());
+    EXPECT_ERROR(PriorModel::create({"u2net", (folder / "other.onnx").string(), "", 1}),
+                 Code::kFormat, "the preset's file 175997641: another model, or fetched in part");
     EXPECT_ERROR(PriorModel::create({"", "/nowhere/net.onnx", "", 1}), Code::kNotFound,
                  "no preset has a file 'net.onnx'");
 }

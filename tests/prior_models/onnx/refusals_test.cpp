@@ -7,6 +7,7 @@
 #include "prior_models/onnx/sample_models.h"
 #include "prior_models/prior_model.h"
 #include "support/expect_status.h"
+#include "support/system.h"
 
 namespace splat::prior_models {
 namespace {
@@ -165,15 +166,15 @@ TEST(OnnxRuntime, IsFoundWhereItIsNamed) {
     EXPECT_OK(OnnxRuntime::load("")) << "by the environment";
     EXPECT_ERROR(OnnxRuntime::load("/nowhere/libonnxruntime.so"), Code::kNotFound,
                  "the library given is '/nowhere/libonnxruntime.so'");
-    setenv("SPLAT_ONNXRUNTIME_LIBRARY", "/nowhere/ort.so", 1);
+    test::set_variable("SPLAT_ONNXRUNTIME_LIBRARY", "/nowhere/ort.so");
     EXPECT_ERROR(OnnxRuntime::load(""), Code::kNotFound,
                  "SPLAT_ONNXRUNTIME_LIBRARY is '/nowhere/ort.so'");
-    unsetenv("SPLAT_ONNXRUNTIME_LIBRARY");
+    test::unset_variable("SPLAT_ONNXRUNTIME_LIBRARY");
     const auto system = OnnxRuntime::load("");
     if (!system.ok()) {
         EXPECT_ERROR(system, Code::kNotFound, "npm pack onnxruntime-node@1.30.0");
     }
-    setenv("SPLAT_ONNXRUNTIME_LIBRARY", library.c_str(), 1);
+    test::set_variable("SPLAT_ONNXRUNTIME_LIBRARY", library);
 }
 
 TEST(OnnxRuntime, RefusesOtherLibraries) {

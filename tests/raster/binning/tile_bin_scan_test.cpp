@@ -66,7 +66,7 @@ class TileBinScan : public testing::Test {
             .push = params,
             .accesses = std::move(accesses),
             .groups = {groups, 1, 1},
-            .work = {},
+            .work = {.flops = 1, .bytes = 1},
             .kernels = vk::Kernels::kGpu,
         }));
     }

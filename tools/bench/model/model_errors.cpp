@@ -10,6 +10,7 @@
 #include <fstream>
 #include <memory>
 
+#include "core/os/path.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/svg.h"
 #include "vkrun/cli/table.h"
@@ -32,7 +33,7 @@ using Outputs = std::array<std::vector<double>, kOutputs.size()>;
 
 /// Numbers of float64, in the order of kOutputs and as many as `like` has.
 Outputs read_outputs(const std::string& path, const Outputs& like) {
-    std::ifstream file(path, std::ios::binary);
+    std::ifstream file(splat::os::path_of(path), std::ios::binary);
     Outputs outputs;
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         outputs[i].resize(like[i].size());
@@ -63,7 +64,7 @@ void set_errors(ErrorRow& row, const Outputs& outputs, const Outputs& reference)
 }
 
 void write_images(const std::string& path, const std::vector<float>& images) {
-    std::ofstream file(path, std::ios::binary);
+    std::ofstream file(splat::os::path_of(path), std::ios::binary);
     file.write(reinterpret_cast<const char*>(images.data()),
                static_cast<std::streamsize>(images.size() * sizeof(float)));
     if (!file.flush())

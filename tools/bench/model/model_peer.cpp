@@ -1,19 +1,12 @@
 #include "bench/model/model_peer.h"
 
-#include <spawn.h>
-#include <sys/socket.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 
+#include "core/os/path.h"
+#include "core/os/process.h"
 #include "ref/gaussian_head_ref.h"
 #include "vkrun/config/image_channels.h"
-
-extern char** environ;  // NOLINT(readability-redundant-declaration): some C libraries lack it
 
 namespace vkrun::bench {
 namespace {
@@ -111,10 +104,10 @@ std::string find_script(const std::string& name) {
     namespace fs = std::filesystem;
     std::error_code ignored;
     for (const fs::path& start :
-         {fs::read_symlink("/proc/self/exe", ignored), fs::current_path(ignored) / "."})
+         {splat::os::path_of(splat::os::program_file()), fs::current_path(ignored) / "."})
         for (fs::path folder = start.parent_path();; folder = folder.parent_path()) {
-            const fs::path script = folder / name;
-            if (fs::exists(script, ignored)) return script.string();
+            const fs::path script = folder / splat::os::path_of(name);
+            if (fs::exists(script, ignored)) return splat::os::text_of(script);
             if (folder == folder.root_path() || folder.empty()) break;
         }
     throw Failure(
@@ -123,57 +116,47 @@ std::string find_script(const std::string& name) {
             " is in no folder above this program or the current one; run vkrun from the sources");
 }
 
-ModelPeer::ModelPeer(const std::vector<std::string>& command, const std::string& remedy) {
-    int ends[2];
-    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
-        throw Failure(kFailed, std::string("cannot connect to a peer: ") + std::strerror(errno));
-    socket_ = ends[0];
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    std::vector<char*> words;
-    for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
-    words.push_back(nullptr);
-    const int failed = posix_spawnp(&process_, words[0], &actions, nullptr, words.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    close(ends[1]);
+ModelPeer::ModelPeer(const std::vector<std::string>& command, const std::string& remedy,
+                     const std::vector<std::pair<std::string, std::string>>& variables) {
+    using splat::os::Stream;
+    const int failed = child_.start(
+        command, {.in = Stream::kPiped, .out = Stream::kPiped, .variables = variables});
     std::string line;
     if (failed == 0) line = read_line();
     if (line.rfind("ready ", 0) == 0) {
         about_ = Json::parse(line.substr(6));
         return;
     }
-    close(socket_);
-    if (failed == 0) waitpid(process_, nullptr, 0);
+    child_.close_input();
+    if (failed == 0) child_.wait();
     throw Failure(kFailed, "the peer '" + command.front() + "' " +
-                               (failed == 0 ? "did not get ready" : std::strerror(failed)) + "; " +
-                               remedy);
+                               (failed == 0 ? "did not get ready" : splat::os::reason(failed)) +
+                               "; " + remedy);
 }
 
 ModelPeer::~ModelPeer() {
-    send(socket_, "quit\n", 5, MSG_NOSIGNAL);
-    close(socket_);
-    waitpid(process_, nullptr, 0);
+    child_.write("quit\n");
+    child_.close_input();
+    child_.wait();
 }
 
 std::string ModelPeer::read_line() {
     std::size_t end = 0;
     while ((end = received_.find('\n')) == std::string::npos) {
         char buffer[512];
-        const ssize_t count = read(socket_, buffer, sizeof buffer);
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) return {};
-        received_.append(buffer, static_cast<std::size_t>(count));
+        const auto got = child_.read(buffer, sizeof buffer, -1);
+        if (!got) return {};
+        received_.append(buffer, got->bytes);
     }
     std::string line = received_.substr(0, end);
     received_.erase(0, end + 1);
+    if (line.ends_with('\r')) line.pop_back();  // Python's end of a line on Windows
     return line;
 }
 
 double ModelPeer::run(const std::string& pass) {
     const std::string line = pass + "\n";
-    send(socket_, line.data(), line.size(), MSG_NOSIGNAL);
+    child_.write(line);
     const std::string answer = read_line();
     char* end = nullptr;
     const double ms = std::strtod(answer.c_str(), &end);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/os/child.h"
 #include "vkrun/cli/json.h"
 
 namespace vkrun::bench {
@@ -15,16 +16,22 @@ struct PeerOptions {
     bool tf32 = false;            ///< CUDA: allow TF32
     bool graphs = false;          ///< CUDA: replay graphs
     std::string layout = "channels_last";
+#if defined(_WIN32)
+    std::string python = "python";
+#else
     std::string python = "/usr/bin/python3";  ///< where Debian's python3-torch is found
-    std::string script;                       ///< empty: find_script()
+#endif
+    std::string script;  ///< empty: find_script()
 };
 
 /// A process that prints "ready" with JSON about itself, then runs passes on request. It is
 /// torch_model.py with the network that libsplat also runs, or vkrun itself in `bench start`.
 class ModelPeer {
   public:
-    /// command  the program and its arguments. Throws, with the remedy, unless it gets ready.
-    ModelPeer(const std::vector<std::string>& command, const std::string& remedy);
+    /// command  the program and its arguments; variables  those that it has anew. Throws, with the
+    /// remedy, unless it gets ready.
+    ModelPeer(const std::vector<std::string>& command, const std::string& remedy,
+              const std::vector<std::pair<std::string, std::string>>& variables = {});
     ~ModelPeer();
     ModelPeer(const ModelPeer&) = delete;
     ModelPeer& operator=(const ModelPeer&) = delete;
@@ -37,8 +44,7 @@ class ModelPeer {
   private:
     std::string read_line();
 
-    int socket_ = -1;
-    int process_ = -1;
+    splat::os::Child child_;
     std::string received_;
     Json about_;
 };

@@ -3,8 +3,8 @@
 #include "bench/model/start_bench.h"
 
 #include <cstdio>
-#include <filesystem>
 
+#include "core/os/process.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
@@ -23,16 +23,14 @@ std::string key_of(const char* part) {
 }
 
 std::vector<std::string> command_of(const StartBenchOptions& options, const std::string& weights) {
-    std::error_code ignored;
-    std::vector<std::string> command = {
-        std::filesystem::read_symlink("/proc/self/exe", ignored).string(),
-        "bench",
-        "start",
-        "--once",
-        "--device",
-        options.device,
-        "--weights",
-        weights};
+    std::vector<std::string> command = {splat::os::program_file(),
+                                        "bench",
+                                        "start",
+                                        "--once",
+                                        "--device",
+                                        options.device,
+                                        "--weights",
+                                        weights};
     if (!options.file.empty()) command.insert(command.end(), {"--config", options.file});
     if (options.low_memory) command.emplace_back("--low-memory");
     return command;

@@ -1,5 +1,6 @@
 // vkrun-bench: the commands of vkrun that measure. vkrun starts it, see ../measuring.h.
 
+#include "core/os/console.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/program.h"
 
@@ -15,5 +16,6 @@ void add_commands(CLI::App& app, int& exit_code) {
 }  // namespace vkrun
 
 int main(int argc, char** argv) {
+    argv = splat::os::arguments(argc, argv);
     return vkrun::run_program(argc, argv, vkrun::add_commands);
 }

@@ -1,19 +1,13 @@
 #include "vkrun/cli/download.h"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <cerrno>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <vector>
 
+#include "core/os/child.h"
+#include "core/os/console.h"
+#include "core/os/path.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/sha256.h"
 #include "vkrun/cli/text.h"
@@ -30,6 +24,7 @@ are printed. SPLAT_MIRROR=https://HOST/DIR names a server that has the same file
 namespace {
 
 namespace fs = std::filesystem;
+namespace os = splat::os;
 
 constexpr const char* kHttps = "https://";
 
@@ -68,75 +63,70 @@ std::vector<std::string> curl_words(const Download& download) {
 class PartFile {
   public:
     explicit PartFile(const std::string& path) : path_(path + ".part") {
-        file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-        if (file_ < 0) fail("cannot write");
-        if (flock(file_, LOCK_EX | LOCK_NB) == 0 && is_ours()) return;
-        close(file_);
+        file_ = os::open(path_, os::Open::kUpdate);
+        if (file_ == os::kNoHandle) fail("cannot write");
+        if (os::lock(file_, os::Lock::kExclusive, false) == 0 && is_ours()) return;
+        os::close(file_);
         throw Failure(kFailed, "'" + path_ + "' is being written by another download: wait for it");
     }
     ~PartFile() {
         if (bytes() == 0) remove();
-        close(file_);
+        os::close(file_);
     }
     PartFile(const PartFile&) = delete;
     PartFile& operator=(const PartFile&) = delete;
 
     [[nodiscard]] std::uint64_t bytes() const {
-        const off_t end = lseek(file_, 0, SEEK_END);
-        return end < 0 ? 0 : static_cast<std::uint64_t>(end);
+        os::FileInfo info;
+        return os::examine(file_, info) == 0 ? info.bytes : 0;
     }
     void restart() {
-        if (ftruncate(file_, 0) != 0) fail("cannot write");
+        if (os::resize(file_, 0) != 0) fail("cannot write");
     }
-    void remove() { unlink(path_.c_str()); }
+    void remove() { os::remove(path_); }
     void finish(const std::string& path) {
-        if (fsync(file_) != 0 || std::rename(path_.c_str(), path.c_str()) != 0)
-            fail("cannot give its name to");
+        if (os::flush(file_) != 0 || os::rename(path_, path) != 0) fail("cannot give its name to");
     }
     [[nodiscard]] const std::string& path() const { return path_; }
 
   private:
     /// Whether another download has not given the file its name in the meantime.
     [[nodiscard]] bool is_ours() const {
-        struct stat opened {
-        }, named{};
-        return fstat(file_, &opened) == 0 && stat(path_.c_str(), &named) == 0 &&
-               opened.st_ino == named.st_ino;
+        os::FileInfo opened, named;
+        return os::examine(file_, opened) == 0 && os::examine(path_, named) == 0 &&
+               opened.number == named.number;
     }
     [[noreturn]] void fail(const char* what) const {
-        throw Failure(kFailed, std::string(what) + " '" + path_ + "': " + std::strerror(errno));
+        throw Failure(kFailed, std::string(what) + " '" + path_ + "': " + os::reason(errno));
     }
 
     std::string path_;
-    int file_ = -1;
+    os::Handle file_ = os::kNoHandle;
 };
 
 /// The exit status of curl. Throws a Failure if it cannot be started.
 int run_curl(const Download& download) {
     std::vector<std::string> words = curl_words(download);
-    if (isatty(STDERR_FILENO) != 0)
+    if (os::errors_on_terminal())
         words.insert(words.begin() + 1, "--progress-bar");
     else
         words.insert(words.begin() + 1, {"--silent", "--show-error"});
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    pid_t child = 0;
-    const int failed = posix_spawnp(&child, "curl", nullptr, nullptr, arguments.data(), environ);
+    os::Child child;
+    const int failed = child.start(words, {});
     if (failed != 0)
-        throw Failure(kFailed, "cannot start curl (" + std::string(std::strerror(failed)) +
+        throw Failure(kFailed, "cannot start curl (" + os::reason(failed) +
                                    "): install it, or fetch the file by other means and check "
                                    "it:\n" +
                                    fetch_commands(download));
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0)
-        if (errno != EINTR) throw Failure(kFailed, "cannot wait for curl");
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    const int status = child.wait();
+    if (status < 0) throw Failure(kFailed, "cannot wait for curl");
+    return status;
 }
 
 std::uint64_t room_for(const std::string& path) {
     std::error_code failed;
-    const fs::space_info space = fs::space(fs::absolute(path, failed).parent_path(), failed);
+    const fs::space_info space =
+        fs::space(fs::absolute(os::path_of(path), failed).parent_path(), failed);
     return failed ? ~std::uint64_t{0} : space.available;
 }
 
@@ -194,7 +184,7 @@ Json fetch_result(const Download& download, std::uint64_t bytes, const std::stri
 Json checked_file(const Download& download) {
     const std::string hash = sha256_of_file(download.path);
     if (download.sha256.empty() || hash == download.sha256)
-        return fetch_result(download, fs::file_size(download.path), hash, true);
+        return fetch_result(download, fs::file_size(os::path_of(download.path)), hash, true);
     throw Failure(kBadData, "'" + download.path + "' is there with SHA-256 " + hash +
                                 ", expected " + download.sha256 +
                                 ": it is another file, or damaged; move it away, or name another "
@@ -208,7 +198,7 @@ void check_download(const Download& download, bool unverified) {
                                        "that starts with https://");
     if (!download.sha256.empty() || unverified) return;
     throw Failure(kUsageError,
-                  "the SHA-256 of '" + fs::path(download.path).filename().string() +
+                  "the SHA-256 of '" + os::text_of(os::path_of(download.path).filename()) +
                       "' is not known, so that what comes cannot be checked: --unverified fetches "
                       "it all the same");
 }
@@ -216,9 +206,8 @@ void check_download(const Download& download, bool unverified) {
 }  // namespace
 
 std::string mirrored(const std::string& url, const std::string& name) {
-    const char* const mirror = std::getenv("SPLAT_MIRROR");
-    if (mirror == nullptr || *mirror == '\0') return url;
-    std::string address = mirror;
+    std::string address = os::variable("SPLAT_MIRROR").value_or("");
+    if (address.empty()) return url;
     if (!address.starts_with(kHttps))
         throw Failure(kUsageError, "SPLAT_MIRROR is '" + address +
                                        "', expected https://HOST or https://HOST/DIR");
@@ -227,7 +216,7 @@ std::string mirrored(const std::string& url, const std::string& name) {
 }
 
 std::string download_path(const std::string& out, const std::string& usual) {
-    return out.empty() ? usual : one_file(out, fs::path(usual).filename().string());
+    return out.empty() ? usual : one_file(out, os::text_of(os::path_of(usual).filename()));
 }
 
 std::string fetch_commands(const Download& download) {
@@ -238,7 +227,7 @@ std::string fetch_commands(const Download& download) {
             word.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-=") == std::string::npos;
         command += (command.empty() ? "" : " ") + (plain ? word : shell_word(word));
     }
-    const std::string folder = fs::path(download.path).parent_path().string();
+    const std::string folder = os::text_of(os::path_of(download.path).parent_path());
     return (folder.empty() ? "  " : "  mkdir -p " + shell_word(folder) + " &&\n    ") + command +
            " &&\n" +
            (download.sha256.empty()
@@ -251,8 +240,8 @@ std::string fetch_commands(const Download& download) {
 Json fetch(const Download& download, bool unverified) {
     check_download(download, unverified);
     std::error_code none;
-    if (fs::exists(download.path, none)) return checked_file(download);
-    if (const fs::path folder = fs::path(download.path).parent_path(); !folder.empty())
+    if (fs::exists(os::path_of(download.path), none)) return checked_file(download);
+    if (const fs::path folder = os::path_of(download.path).parent_path(); !folder.empty())
         make_folder(folder);
     PartFile part(download.path);
     fill_part(download, part);

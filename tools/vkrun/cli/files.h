@@ -5,10 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "core/os/path.h"
+
 namespace vkrun {
 
 /// Make a folder and those above it, where they are missing. Throws a Failure.
 void make_folder(const std::filesystem::path& path);
+void make_folder(const std::string& path);
 
 /// Throws a usage Failure if the file is one of those that are read, or exists and may not be replaced.
 void check_target(const std::string& path, bool overwrite,
@@ -20,6 +23,7 @@ std::string one_file(const std::string& out, const std::string& name);
 
 /// ".png", in lower case.
 std::string extension_of(const std::filesystem::path& path);
+std::string extension_of(const std::string& path);
 
 /// Makes the folder that the file is to lie in.
 void make_folder_of(const std::string& file);
@@ -34,6 +38,7 @@ void check_folder_of(const std::string& path);
 /// A file to read; not open where there is none, or what is there is no regular file: opening a FIFO would
 /// wait for its writer.
 std::ifstream open_to_read(const std::filesystem::path& path);
+std::ifstream open_to_read(const std::string& path);
 
 /// The text of a configuration. Throws a usage Failure if it cannot be read.
 std::string read_text(const std::string& path);
@@ -45,8 +50,9 @@ void write_text(const std::string& path, const std::string& text);
 /// Create or replace a file as a whole or not at all. It keeps its permissions, and a symbolic link its
 /// target's place. Throws a Failure.
 void replace_file(const std::filesystem::path& path, const std::string& text);
+void replace_file(const std::string& path, const std::string& text);
 
 /// Append to a file, which is created unless it is there: all of the text or nothing. Throws a Failure.
-void append_text(const std::filesystem::path& path, const std::string& text);
+void append_text(const std::string& path, const std::string& text);
 
 }  // namespace vkrun

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/os/path.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/svg.h"
 #include "vkrun/cli/text.h"
@@ -134,7 +135,7 @@ std::string base64(const std::string& bytes) {
 }
 
 std::string image_tag(const std::string& path, const std::string& text, std::uint32_t width) {
-    std::ifstream file(path, std::ios::binary);
+    std::ifstream file(splat::os::path_of(path), std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(file)), {});
     if (bytes.empty()) return "";
     const char* const type = path.ends_with(".gif")    ? "gif"

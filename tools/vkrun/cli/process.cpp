@@ -1,22 +1,8 @@
 #include "vkrun/cli/process.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <csignal>
-
 #include "vkrun/cli/handles.h"
 
 namespace vkrun {
-
-void prepare_process() {
-    int file = 0;
-    do file = open("/dev/null", O_RDWR);  // the lowest number that is free
-    while (file >= 0 && file <= STDERR_FILENO);
-    if (file >= 0) close(file);
-    std::signal(SIGPIPE, SIG_DFL);
-    std::signal(SIGXFSZ, SIG_IGN);  // writing beyond a limit of sizes then fails, and says so
-}
 
 void scale_decode_limits(std::uint32_t factor) {
     if (factor == 1) return;

@@ -8,6 +8,8 @@
 #include <new>
 #include <stdexcept>
 
+#include "core/os/console.h"
+#include "core/os/path.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/log.h"
 #include "vkrun/cli/options.h"
@@ -75,6 +77,7 @@ int run_commands(int argc, char** argv, AddCommands add_commands) {
                      1, 1000);
     app.require_subcommand(1);
     app.fallthrough();
+    app.allow_windows_style_options(false);  // "/name" is a path on every system
     app.footer(kMainFooter);
     app.formatter(help_formatter());
     app.parse_complete_callback([&] {
@@ -95,15 +98,15 @@ int run_commands(int argc, char** argv, AddCommands add_commands) {
 }  // namespace
 
 int run_program(int argc, char** argv, AddCommands add_commands) {
-    prepare_process();
+    splat::os::prepare_program();
     int exit_code = kFailed;
     try {
         exit_code = run_commands(argc, argv, add_commands);
     } catch (const Failure& failure) {
         exit_code = fail(failure.code(), failure.what());
     } catch (const std::filesystem::filesystem_error& error) {
-        exit_code =
-            fail(kFailed, "cannot use '" + error.path1().string() + "': " + error.code().message());
+        exit_code = fail(kFailed, "cannot use '" + splat::os::text_of(error.path1()) +
+                                      "': " + error.code().message());
     } catch (const std::bad_alloc&) {
         exit_code = fail(kOutOfMemory, kOutOfMemorySentence);
     } catch (const std::length_error&) {  // a vector that no memory could hold

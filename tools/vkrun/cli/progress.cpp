@@ -1,10 +1,9 @@
 #include "vkrun/cli/progress.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
 
+#include "core/os/console.h"
 #include "vkrun/cli/text.h"
 
 namespace vkrun {
@@ -17,7 +16,7 @@ constexpr std::size_t kBarWidth = 30;
 Progress::Progress(std::string what, std::size_t total)
     : what_(std::move(what)),
       total_(std::max<std::size_t>(total, 1)),
-      terminal_(isatty(STDERR_FILENO) != 0) {}
+      terminal_(splat::os::errors_on_terminal()) {}
 
 Progress::~Progress() {
     if (shown_) std::fputs("\r\033[K", stderr);

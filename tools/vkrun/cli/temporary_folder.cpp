@@ -1,77 +1,47 @@
 #include "vkrun/cli/temporary_folder.h"
 
-#include <fcntl.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <algorithm>
 #include <cerrno>
-#include <climits>
-#include <cstdlib>
-#include <cstring>
 
+#include "core/os/console.h"
+#include "core/os/path.h"
 #include "vkrun/cli/failure.h"
 
 namespace vkrun {
 namespace {
 
 namespace fs = std::filesystem;
+namespace os = splat::os;
 
 constexpr const char* kPrefix = "vkrun-";
-constexpr const char* kLock = ".vkrun-lock";
-constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
+constexpr const char* kLock = "/.vkrun-lock";
 
-char g_folder[PATH_MAX];  ///< removed by a signal; empty: none
-
-/// Only what a handler may call: the folder is removed by another program. _Fork() runs no handlers and takes no locks,
-/// which this thread may hold.
-void on_signal(int signal) {
-#if __GLIBC_PREREQ(2, 34)
-    const pid_t child = g_folder[0] == '\0' ? -1 : _Fork();
-#else
-    const pid_t child = -1;
-#endif
-    if (child == 0) {
-        execl("/bin/rm", "rm", "-rf", "--", g_folder, static_cast<char*>(nullptr));
-        _exit(1);
-    }
-    if (child > 0) waitpid(child, nullptr, 0);
-    ::signal(signal, SIG_DFL);
-    raise(signal);
+/// A file in each of our folders, locked as long as its process lives; kNoHandle: it is not ours.
+/// Others can neither read it nor put a link in its place: the folder is its user's alone (0700).
+os::Handle lock_in(const std::string& folder, os::Open how) {
+    if (os::is_link(folder + kLock)) return os::kNoHandle;
+    const os::Handle file = os::open(folder + kLock, how);
+    if (file == os::kNoHandle || os::lock(file, os::Lock::kExclusive, false) == 0) return file;
+    os::close(file);
+    return os::kNoHandle;
 }
 
-fs::path place() {
-    const char* const named = std::getenv("TMPDIR");
-    return named == nullptr || *named == '\0' ? "/tmp" : named;
-}
-
-/// A file in each of our folders, locked as long as its process lives; -1: it is not ours.
-int lock_in(const fs::path& folder, int flags) {
-    const int file = open((folder / kLock).c_str(), flags | O_CLOEXEC | O_NOFOLLOW, 0600);
-    if (file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0) return file;
-    if (file >= 0) close(file);
-    return -1;
+void remove_folder(const std::string& folder) {
+    std::error_code ignored;
+    fs::remove_all(os::path_of(folder), ignored);
 }
 
 /// What killed processes of this user left: folders with a lock that nobody holds.
 void remove_stale() {
-    std::error_code ignored;
-    for (fs::directory_iterator entry(place(), ignored), end; !ignored && entry != end;
-         entry.increment(ignored)) {
-        struct stat info {};
-        if (!entry->path().filename().string().starts_with(kPrefix) ||
-            lstat(entry->path().c_str(), &info) != 0 || !S_ISDIR(info.st_mode) ||
-            info.st_uid != geteuid())
-            continue;
-        const int lock = lock_in(entry->path(), O_RDONLY);
-        if (lock < 0) continue;
-        std::error_code failed;
-        fs::remove_all(entry->path(), failed);
-        close(lock);
+    std::vector<os::Listed> all;
+    const std::string place = os::temporary_place();
+    static_cast<void>(os::list(place, all));  // making a folder says what is wrong with it
+    for (const os::Listed& one : all) {
+        const std::string folder = (place + "/").append(one.name);
+        if (!one.name.starts_with(kPrefix) || !os::is_own_folder(folder)) continue;
+        const os::Handle lock = lock_in(folder, os::Open::kRead);
+        if (lock == os::kNoHandle) continue;
+        os::close(lock);  // Windows keeps what is open
+        remove_folder(folder);
     }
 }
 
@@ -79,32 +49,19 @@ void remove_stale() {
 
 TemporaryFolder::TemporaryFolder() {
     remove_stale();
-    std::string name = (place() / (std::string(kPrefix) + "XXXXXX")).string();
-    if (mkdtemp(name.data()) == nullptr)
-        throw Failure(kFailed, "cannot make a folder like '" + name + "': " + std::strerror(errno) +
-                                   "; set TMPDIR to another place");
-    path_ = name;
-    lock_ = lock_in(path_, O_WRONLY | O_CREAT | O_EXCL);
-    if (g_folder[0] != '\0' || name.size() >= sizeof g_folder) return;
-    std::copy_n(name.c_str(), name.size() + 1, g_folder);
-    for (const int number : kSignals) {
-        struct sigaction old {};
-        if (sigaction(number, nullptr, &old) == 0 && old.sa_handler == SIG_DFL)
-            ::signal(number, on_signal);
-    }
+    path_ = os::text_of(os::path_of(os::temporary_place()) /
+                        os::path_of(std::string(kPrefix) + "XXXXXX"));
+    if (os::make_temporary_folder(path_) != 0)
+        throw Failure(kFailed, "cannot make a folder like '" + path_ + "': " + os::reason(errno) +
+                                   "; set " + os::kTemporaryVariable + " to another place");
+    lock_ = lock_in(path_, os::Open::kCreate);
+    removed_by_interrupt_ = os::remove_when_interrupted(path_);
 }
 
 TemporaryFolder::~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-    if (lock_ >= 0) close(lock_);
-    if (path_ != g_folder) return;
-    for (const int number : kSignals) {
-        struct sigaction old {};
-        if (sigaction(number, nullptr, &old) == 0 && old.sa_handler == on_signal)
-            ::signal(number, SIG_DFL);
-    }
-    g_folder[0] = '\0';
+    if (lock_ != os::kNoHandle) os::close(lock_);
+    remove_folder(path_);
+    if (removed_by_interrupt_) os::keep_when_interrupted();
 }
 
 }  // namespace vkrun

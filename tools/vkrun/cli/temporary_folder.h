@@ -1,7 +1,8 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
+
+#include "core/os/file.h"
 
 namespace vkrun {
 
@@ -14,12 +15,13 @@ class TemporaryFolder {
     TemporaryFolder(const TemporaryFolder&) = delete;
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
-    [[nodiscard]] std::string file(const char* name) const { return (path_ / name).string(); }
-    [[nodiscard]] std::string path() const { return path_.string(); }
+    [[nodiscard]] std::string file(const char* name) const { return path_ + "/" + name; }
+    [[nodiscard]] const std::string& path() const { return path_; }
 
   private:
-    std::filesystem::path path_;
-    int lock_ = -1;
+    std::string path_;
+    splat::os::Handle lock_ = splat::os::kNoHandle;
+    bool removed_by_interrupt_ = false;
 };
 
 }  // namespace vkrun

@@ -5,8 +5,15 @@
 
 namespace vkrun {
 
+// mingw-w64 has two printf; C++ gets the one that knows %zu.
+#if defined(__MINGW32__)
+#define VKRUN_PRINTF gnu_printf
+#else
+#define VKRUN_PRINTF printf
+#endif
+
 /// printf into a string.
-[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
+[[gnu::format(VKRUN_PRINTF, 1, 2)]] std::string format(const char* pattern, ...);
 
 /// "'PATH': SENTENCE", or the sentence alone if it names the path at its beginning.
 std::string about_file(const std::string& path, const std::string& sentence);

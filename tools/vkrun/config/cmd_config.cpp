@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
@@ -259,7 +260,7 @@ Json show_values(const ConfigOptions& options, const Json& rows) {
 /// that looks like a key but is unknown.
 Json row_of(const std::string& word, const Json& rows) {
     std::error_code ignored;
-    if (word.empty() || std::filesystem::exists(word, ignored)) return nullptr;
+    if (word.empty() || std::filesystem::exists(splat::os::path_of(word), ignored)) return nullptr;
     bool key_like = false;
     for (const Json& row : rows) {
         const std::string key = text_of(row, "key");

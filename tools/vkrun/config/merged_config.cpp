@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/text.h"
@@ -26,7 +27,8 @@ std::string config_text(const std::string& path) {
     std::error_code ignored;
     std::size_t needed = 0;
     const bool is_name = path.find_first_of("/.") == std::string::npos;
-    if (!is_name || std::filesystem::is_regular_file(path, ignored)) return text_of(path);
+    if (!is_name || std::filesystem::is_regular_file(splat::os::path_of(path), ignored))
+        return text_of(path);
     if (splat_config_preset(path.c_str(), nullptr, 0, &needed) != SPLAT_INCOMPLETE)
         throw Failure(kUsageError, "there is no file '" + path + "', and " + library_message());
     std::string text(needed, '\0');
@@ -51,10 +53,12 @@ Json merged_config(const std::string& path, const std::vector<std::string>& chan
 
 std::string find_config(const std::string& weights) {
     namespace fs = std::filesystem;
-    const fs::path file(weights);
-    for (const std::string& name : {file.stem().string() + ".json", file.stem().string() + ".yaml",
-                                    std::string("config.json"), std::string("config.yaml")})
-        if (const fs::path path = file.parent_path() / name; fs::exists(path)) return path.string();
+    const fs::path file = splat::os::path_of(weights);
+    for (const std::string& name :
+         {splat::os::text_of(file.stem()) + ".json", splat::os::text_of(file.stem()) + ".yaml",
+          std::string("config.json"), std::string("config.yaml")})
+        if (const fs::path path = file.parent_path() / splat::os::path_of(name); fs::exists(path))
+            return splat::os::text_of(path);
     return "";
 }
 
@@ -62,35 +66,36 @@ std::string config_beside(const std::string& weights, const std::string& given,
                           const std::string& adapters) {
     if (!given.empty()) return given;
     if (const std::string own = config_target(adapters);
-        !adapters.empty() && std::filesystem::is_regular_file(own))
+        !adapters.empty() && std::filesystem::is_regular_file(splat::os::path_of(own)))
         return own;
     return find_config(weights);
 }
 
 std::string adapters_beside(const std::string& weights, const std::string& given) {
     namespace fs = std::filesystem;
-    const fs::path path(given);
+    const fs::path path = splat::os::path_of(given);
     if (given.empty() || path.has_parent_path() || path.has_extension() ||
         fs::is_regular_file(path))
         return given;
-    const fs::path folder = fs::path(weights).parent_path();
-    fs::path file = folder / (given + ".safetensors");
+    const fs::path folder = splat::os::path_of(weights).parent_path();
+    fs::path file = folder / splat::os::path_of(given + ".safetensors");
     std::error_code none;
-    if (fs::exists(file, none)) return file.string();
+    if (fs::exists(file, none)) return splat::os::text_of(file);
     throw Failure(kBadData, "no adapters '" + given + "' beside the weights: there is no file '" +
-                                file.string() + "'; give the path of a file");
+                                splat::os::text_of(file) + "'; give the path of a file");
 }
 
 std::string config_target(const std::string& weights) {
-    return std::filesystem::path(weights).replace_extension(".json").string();
+    return splat::os::text_of(splat::os::path_of(weights).replace_extension(".json"));
 }
 
 void check_config_target(const std::string& weights, const Json& config, bool overwrite,
                          const std::string& read) {
     const std::string path = config_target(weights);
     std::error_code none;
-    const bool is_read = std::filesystem::equivalent(path, read, none);
-    if ((overwrite && !is_read) || !std::filesystem::exists(path)) return;
+    const bool is_read =
+        std::filesystem::equivalent(splat::os::path_of(path), splat::os::path_of(read), none);
+    if ((overwrite && !is_read) || !std::filesystem::exists(splat::os::path_of(path))) return;
     if (Json::parse(read_text(path), nullptr, false) == config) return;
     check_target(path, true, {read});
     throw Failure(kUsageError,

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/shard.h"
@@ -41,8 +42,8 @@ struct ImportOptions : TransferOptions {
 
 /// What a split of the store holds; of a shard only whether it was the last.
 Json stored_json(const ImportOptions& options, const std::string& split) {
-    const bool complete =
-        std::filesystem::exists(std::filesystem::path(options.out) / split / "store.json");
+    const bool complete = std::filesystem::exists(splat::os::path_of(options.out) /
+                                                  splat::os::path_of(split) / "store.json");
     if (!complete) return {{"split", split}, {"complete", false}};
     TransferOptions store = options;
     store.source = options.out;
@@ -66,7 +67,8 @@ bool holds_tables(const ImportOptions& options) {
     constexpr int kDeepest = 2;
     std::error_code failed;
     for (fs::recursive_directory_iterator
-             entry(options.source, fs::directory_options::skip_permission_denied, failed),
+             entry(splat::os::path_of(options.source),
+                   fs::directory_options::skip_permission_denied, failed),
          end;
          !failed && entry != end; entry.increment(failed)) {
         if (entry->path().extension() == ".parquet") return true;
@@ -125,7 +127,8 @@ void add_data_import(CLI::App& data, int& exit_code) {
     add_overwrite_flag(*command, options->overwrite, "an import of other tables");
     command->callback([options, &exit_code] {
         std::error_code none;
-        if (std::filesystem::equivalent(options->source, options->out, none))
+        if (std::filesystem::equivalent(splat::os::path_of(options->source),
+                                        splat::os::path_of(options->out), none))
             throw Failure(kUsageError,
                           "OUT is the folder that is imported; name another, or an empty one");
         for_each_split(*options, [&](const std::string& split, std::string& missing) {

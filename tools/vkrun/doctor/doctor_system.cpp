@@ -1,13 +1,14 @@
 // vkrun doctor: the machine without any device. Loader, driver files, environment, cache folder.
 
-#include <dlfcn.h>
-#include <unistd.h>
-
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <set>
 
+#include "core/os/drivers.h"
+#include "core/os/graphics.h"
+#include "core/os/library.h"
+#include "core/os/path.h"
+#include "core/os/process.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/text.h"
@@ -17,47 +18,13 @@ namespace vkrun {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kInstallDrivers =
-    "install a driver: on Debian `apt-get install mesa-vulkan-drivers` (AMD, Intel, and lavapipe, "
-    "by software) or `apt-get install nvidia-vulkan-icd` (NVIDIA, from non-free), elsewhere the "
-    "same of the system's packages, on a Mac MoltenVK";
-
-std::vector<std::string> split(const std::string& text) {
-    std::vector<std::string> parts;
-    std::string part;
-    for (const char c : text + ":") {
-        if (c != ':') {
-            part += c;
-        } else if (!part.empty()) {
-            parts.push_back(part);
-            part.clear();
-        }
-    }
-    return parts;
-}
+namespace os = splat::os;
 
 /// The variable that chooses the drivers, in the order of the loader; null if none does.
 const char* driver_variable() {
     for (const char* name : {"VK_DRIVER_FILES", "VK_ICD_FILENAMES"})
         if (variable(name)) return name;
     return nullptr;
-}
-
-/// Where the loader looks for driver files by default.
-std::vector<fs::path> driver_folders() {
-    std::vector<std::string> roots;
-    const auto add = [&](const std::vector<std::string>& more) {
-        roots.insert(roots.end(), more.begin(), more.end());
-    };
-    const std::string home = variable("HOME").value_or("");
-    add({variable("XDG_CONFIG_HOME").value_or(home + "/.config")});
-    add(split(variable("XDG_CONFIG_DIRS").value_or("/etc/xdg")));
-    add({"/etc", variable("XDG_DATA_HOME").value_or(home + "/.local/share")});
-    add(split(variable("XDG_DATA_DIRS").value_or("/usr/local/share:/usr/share")));
-    std::vector<fs::path> folders(roots.begin(), roots.end());
-    for (fs::path& folder : folders) folder /= "vulkan/icd.d";
-    return folders;
 }
 
 std::set<fs::path> json_files_of(const fs::path& folder) {
@@ -78,12 +45,12 @@ std::set<fs::path> driver_files() {
             files.insert(path);
     };
     if (const char* name = driver_variable()) {
-        for (const std::string& path : split(*variable(name))) add(path);
+        for (const std::string& path : os::listed_paths(*variable(name))) add(os::path_of(path));
     } else {
-        for (const fs::path& folder : driver_folders()) files.merge(json_files_of(folder));
+        for (const std::string& path : os::vulkan_drivers()) files.insert(os::path_of(path));
     }
     if (const auto more = variable("VK_ADD_DRIVER_FILES"))
-        for (const std::string& path : split(*more)) add(path);
+        for (const std::string& path : os::listed_paths(*more)) add(os::path_of(path));
     return files;
 }
 
@@ -95,12 +62,10 @@ std::string driver_problem(const fs::path& file) {
     if (!manifest.is_object() || !manifest.contains("ICD") || !manifest["ICD"].is_object() ||
         !manifest["ICD"].contains("library_path") || !manifest["ICD"]["library_path"].is_string())
         return "the file is not a driver description";
-    fs::path library = manifest["ICD"]["library_path"].get<std::string>();
+    fs::path library = os::path_of(manifest["ICD"]["library_path"].get<std::string>());
     if (library.has_parent_path() && library.is_relative()) library = file.parent_path() / library;
-    // Not closed: the loader opens it again.
-    if (dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL) != nullptr) return {};
-    const char* reason = dlerror();
-    return reason != nullptr ? reason : "its library cannot be loaded";
+    std::string reason;
+    return os::load_library(os::text_of(library), reason, true) != nullptr ? "" : reason;
 }
 
 Finding driver_trouble(const std::set<fs::path>& files, const std::string& problems,
@@ -108,23 +73,20 @@ Finding driver_trouble(const std::set<fs::path>& files, const std::string& probl
     Finding finding{"drivers", have_device ? State::kWarning : State::kError, problems, ""};
     const char* chosen = driver_variable();
     if (chosen != nullptr)
-        finding.remedy =
-            std::string("unset ") + chosen + " or correct it; without a driver, " + kInstallDrivers;
+        finding.remedy = std::string("unset ") + chosen + " or correct it; without a driver, " +
+                         os::install_driver();
     else if (files.empty())
-        finding.remedy = kInstallDrivers;
+        finding.remedy = os::install_driver();
     else
-        finding.remedy =
-            "reinstall the package of these files (`dpkg -S FILE` names it), for Mesa's `apt-get "
-            "install --reinstall mesa-vulkan-drivers`; remove files whose package is gone";
+        finding.remedy = os::reinstall_driver();
     return finding;
 }
 
 }  // namespace
 
 std::optional<std::string> variable(const char* name) {
-    const char* value = std::getenv(name);
-    if (value == nullptr || *value == '\0') return std::nullopt;
-    return std::string(value);
+    auto value = os::variable(name);
+    return value && !value->empty() ? value : std::nullopt;
 }
 
 Findings check_library() {
@@ -144,13 +106,12 @@ Findings check_library() {
 }
 
 Findings check_loader() {
-    if (dlopen("libvulkan.so.1", RTLD_LAZY | RTLD_LOCAL) != nullptr)
-        return {{"loader", State::kOk, "the Vulkan loader libvulkan.so.1 is there", ""}};
-    const char* reason = dlerror();
-    return {{"loader", State::kError,
-             std::string("the Vulkan loader cannot be loaded: ") +
-                 (reason != nullptr ? reason : "libvulkan.so.1"),
-             "`apt-get install libvulkan1`"}};
+    std::string reason;
+    if (os::load_library(os::vulkan_loader(), reason, true) != nullptr)
+        return {
+            {"loader", State::kOk, "the Vulkan loader " + os::vulkan_loader() + " is there", ""}};
+    return {{"loader", State::kError, "the Vulkan loader cannot be loaded: " + reason,
+             os::install_loader()}};
 }
 
 Findings check_drivers(bool have_device) {
@@ -161,7 +122,7 @@ Findings check_drivers(bool have_device) {
     for (const fs::path& file : files) {
         const std::string problem = driver_problem(file);
         std::string& list = problem.empty() ? names : problems;
-        list += (list.empty() ? "" : problem.empty() ? ", " : "; ") + file.filename().string();
+        list += (list.empty() ? "" : problem.empty() ? ", " : "; ") + os::text_of(file.filename());
         if (!problem.empty()) list += ": " + problem;
     }
     Findings findings;
@@ -179,24 +140,17 @@ Findings check_drivers(bool have_device) {
 Findings check_gpu_nodes(const std::vector<splat_device_info>& devices) {
     for (const splat_device_info& info : devices)
         if (info.kind != SPLAT_DEVICE_KIND_CPU) return {};
-    std::error_code failed;
-    for (auto it = fs::directory_iterator("/dev/dri", failed);
-         !failed && it != fs::directory_iterator(); it.increment(failed)) {
-        const std::string name = it->path().filename().string();
-        if (name.rfind("renderD", 0) != 0) continue;
-        if (access(it->path().c_str(), R_OK | W_OK) != 0)
-            return {{"gpu", State::kWarning,
-                     "there is a GPU, /dev/dri/" + name + ", which this user may not open",
-                     "`adduser USER render`, then log in again"}};
+    const std::vector<os::Gpu> gpus = os::gpus();
+    if (gpus.empty()) return {};
+    const std::string& name = gpus.front().name;
+    if (!gpus.front().may_open)
         return {{"gpu", State::kWarning,
-                 "there is a GPU, /dev/dri/" + name + ", but no Vulkan driver shows it",
-                 kInstallDrivers}};
-    }
-    if (fs::exists("/dev/nvidiactl", failed))
-        return {{"gpu", State::kWarning,
-                 "there is an NVIDIA GPU, /dev/nvidiactl, but no Vulkan driver shows it",
-                 kInstallDrivers}};
-    return {};
+                 "there is a GPU, " + name + ", which this user may not open",
+                 "`adduser USER render`, then log in again"}};
+    const char* const kind = name == "/dev/nvidiactl" ? "an NVIDIA GPU, " : "a GPU, ";
+    return {{"gpu", State::kWarning,
+             std::string("there is ") + kind + name + ", but no Vulkan driver shows it",
+             os::install_driver()}};
 }
 
 Findings check_environment() {
@@ -217,19 +171,15 @@ Findings check_environment() {
 }
 
 Findings check_cache_folder() {
-    const std::string remedy = "set XDG_CACHE_HOME to a folder that can be written";
+    const std::string remedy = os::name_cache();
     const std::string effect = "; every process compiles its pipelines again";
-    fs::path folder;
-    if (const auto cache = variable("XDG_CACHE_HOME"); cache && fs::path(*cache).is_absolute())
-        folder = fs::path(*cache) / "libsplat";
-    else if (const auto home = variable("HOME"))
-        folder = fs::path(*home) / ".cache/libsplat";
-    else
-        return {
-            {"cache", State::kWarning, "neither XDG_CACHE_HOME nor HOME is set" + effect, remedy}};
+    const auto cache = os::cache_folder();
+    if (!cache) return {{"cache", State::kWarning, os::no_cache() + effect, remedy}};
+    const fs::path folder = os::path_of(*cache) / "libsplat";
     std::error_code failed;
     fs::create_directories(folder, failed);
-    const fs::path probe = folder / format("doctor.%d.tmp", static_cast<int>(getpid()));
+    const fs::path probe =
+        folder / os::path_of("doctor." + std::to_string(os::process_id()) + ".tmp");
     std::ofstream file(probe);
     file << "probe\n";
     file.close();
@@ -237,10 +187,10 @@ Findings check_cache_folder() {
     fs::remove(probe, failed);
     if (!written)
         return {{"cache", State::kWarning,
-                 "the pipeline cache folder " + folder.string() + " cannot be written" + effect,
+                 "the pipeline cache folder " + os::text_of(folder) + " cannot be written" + effect,
                  remedy}};
     return {{"cache", State::kOk,
-             "the pipeline cache folder " + folder.string() + " can be written", ""}};
+             "the pipeline cache folder " + os::text_of(folder) + " can be written", ""}};
 }
 
 }  // namespace vkrun

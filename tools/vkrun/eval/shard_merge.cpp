@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "core/os/path.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/text.h"
 
@@ -16,8 +17,9 @@ constexpr const char* kSettingsFile = "/settings.json";
 /// Throws a Failure unless the shard of this folder was scored with `expected`, the settings of shard `merging`.
 void check_settings(const std::string& folder, std::uint32_t merging, const Json& expected) {
     const std::string path = folder + kSettingsFile;
-    const Json found = std::filesystem::exists(path) ? Json::parse(read_text(path), nullptr, false)
-                                                     : Json::object();
+    const Json found = std::filesystem::exists(splat::os::path_of(path))
+                           ? Json::parse(read_text(path), nullptr, false)
+                           : Json::object();
     for (const auto& [key, value] : expected.items()) {
         if (!found.is_object() || !found.contains(key))
             throw Failure(kBadData, "'" + path + "' has no " + key + ": score that shard again");
@@ -40,12 +42,13 @@ bool merge_shards(const std::string& out, const Shard& shard, const Json& settin
     const std::string own = folder_of(shard.index);
     make_folder(own);
     std::error_code none;
-    std::filesystem::remove(own + kObjectsFile, none);  // left by earlier settings
+    std::filesystem::remove(splat::os::path_of(own + kObjectsFile),
+                            none);  // left by earlier settings
     replace_file(own + kSettingsFile, settings.dump(2) + "\n");
     check(splat_evaluator_save(evaluator, own.c_str()));
     std::string missing;
     for (std::uint32_t i = 0; i < shard.count; ++i)
-        if (!std::filesystem::exists(folder_of(i) + kObjectsFile))
+        if (!std::filesystem::exists(splat::os::path_of(folder_of(i) + kObjectsFile)))
             missing += format(missing.empty() ? "%u" : ", %u", i);
     if (!missing.empty()) {
         std::fprintf(stderr, "note: shard %u of %u is scored; not yet: %s\n", shard.index,

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/failure.h"
@@ -134,7 +135,7 @@ int fit(FitOptions& options) {
     const Run run = open_fit(device.get(), options);
     std::error_code none;
     if (!options.resume) {  // an earlier scene is not what this run makes
-        std::filesystem::remove(options.out + "/scene.ply", none);
+        std::filesystem::remove(splat::os::path_of(options.out + "/scene.ply"), none);
         note_begun(options);
     }
     FitView view(options.out);

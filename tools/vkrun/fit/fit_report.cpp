@@ -1,11 +1,11 @@
 #include "vkrun/fit/fit_report.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 
+#include "core/os/console.h"
+#include "core/os/path.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
@@ -28,7 +28,7 @@ constexpr double kReportShare = 0.01;
 }  // namespace
 
 FitView::FitView(std::string folder)
-    : folder_(std::move(folder)), board_(folder_ + "/tb"), bar_(isatty(STDERR_FILENO) != 0) {}
+    : folder_(std::move(folder)), board_(folder_ + "/tb"), bar_(splat::os::errors_on_terminal()) {}
 
 void FitView::show(const splat_run_event& event) {
     if (event.kind == SPLAT_EVENT_STEP && event.updated != 0) show_step(event);
@@ -95,7 +95,8 @@ void FitView::finish() {
     const std::pair<const char*, const char*> files[] = {{"report", "report.html"},
                                                          {"scene", "scene.ply"}};
     for (const auto& [what, name] : files)
-        if (const std::string path = folder_ + "/" + name; std::filesystem::exists(path))
+        if (const std::string path = folder_ + "/" + name;
+            std::filesystem::exists(splat::os::path_of(path)))
             std::fprintf(stderr, "%s: %s\n", what, path.c_str());
 }
 
@@ -137,7 +138,7 @@ void check_opened(splat_result opened) {
 void add_fitted_scene(HtmlPage& page, const std::string& folder, const Json& config) {
     const std::string path = folder + "/scene.ply";
     std::error_code none;
-    if (!std::filesystem::exists(path, none)) return;
+    if (!std::filesystem::exists(splat::os::path_of(path), none)) return;
     const SceneFile file = load_scene(path);
     add_scene_of_photographs(page, file.scene.get(), config.value("data", ""),
                              config.value("cameras", "") == "transforms",

@@ -10,6 +10,7 @@
 #include <map>
 #include <vector>
 
+#include "core/os/path.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
@@ -22,6 +23,7 @@ namespace vkrun {
 namespace {
 
 namespace fs = std::filesystem;
+namespace os = splat::os;
 
 constexpr double kLeastCell = 0.125;  ///< side of a cell of clusters, in radii of the scene
 constexpr double kSparseCell = 1.5;   ///< the same, times the cube root of the number of Gaussians
@@ -31,14 +33,14 @@ using Cell = std::array<std::int64_t, 3>;
 
 /// Sets the pixels of a mask to 0 or 255.
 void make_binary(const fs::path& path) {
-    LoadedPicture mask = load_picture(path.string());
+    LoadedPicture mask = load_picture(os::text_of(path));
     bool changes = false;
     for (std::uint8_t& value : mask.bytes) {
         const std::uint8_t wanted = value > 127 ? 255 : 0;
         changes = changes || value != wanted;
         value = wanted;
     }
-    if (changes) check(splat_image_save(path.c_str(), &mask.image));
+    if (changes) check(splat_image_save(os::text_of(path).c_str(), &mask.image));
 }
 
 /// A view of the fit, with its mask.
@@ -64,15 +66,18 @@ struct MaskedView {
     }
 };
 
-/// The mask of a photograph, named as the library takes them; empty if there is none.
+/// The mask of a photograph, named as the library takes them; empty if there is none. Names of the file of cameras that
+/// lead out of the folder have none.
 std::string mask_of(const fs::path& folder, fs::path name) {
     name = name.lexically_normal();
-    if (!name.empty() && *name.begin() == "images") name = name.lexically_relative("images");
+    if (name.has_root_path() || name.empty() || *name.begin() == "..") return "";
+    if (*name.begin() == "images") name = name.lexically_relative("images");
     const fs::path path = folder / name;
+    fs::path same_stem = path;
+    same_stem.replace_extension(".png");
     std::error_code none;
-    for (const fs::path& file :
-         {fs::path(path.string() + ".png"), path, fs::path(path).replace_extension(".png")})
-        if (fs::is_regular_file(file, none)) return file.string();
+    for (const fs::path& file : {os::path_of(os::text_of(path) + ".png"), path, same_stem})
+        if (fs::is_regular_file(file, none)) return os::text_of(file);
     return "";
 }
 
@@ -84,7 +89,8 @@ std::vector<MaskedView> views_of(const Json& config) {
     CameraFile file = load_cameras(path, reading);
     std::vector<MaskedView> views;
     for (std::size_t i = 0; i < file.cameras.size(); ++i) {
-        const std::string mask = mask_of(config.at("masks").get<std::string>(), file.names[i]);
+        const std::string mask =
+            mask_of(os::path_of(config.at("masks").get<std::string>()), os::path_of(file.names[i]));
         if (mask.empty()) continue;
         LoadedPicture picture = load_picture(mask);
         if (reading.size.width == 0 &&
@@ -177,7 +183,7 @@ std::string make_object_masks(const std::string& photos, const std::string& out,
     MapOptions options;
     options.map = "mask";
     options.in = photos;
-    options.out = (fs::path(out) / "masks").string();
+    options.out = os::text_of(os::path_of(out) / "masks");
     options.overwrite = overwrite;
     const char* const model = std::getenv("SPLAT_MASK_MODEL");
     if (model != nullptr) options.model = model;
@@ -189,14 +195,14 @@ std::string make_object_masks(const std::string& photos, const std::string& out,
         throw Failure(kBadData, std::to_string(report.failed) +
                                     " photographs have no mask: repair or remove them, or give "
                                     "masks with --masks");
-    const std::string folder = (fs::path(options.out) / "mask").string();
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    const std::string folder = os::text_of(os::path_of(options.out) / "mask");
+    for (const fs::directory_entry& entry : fs::directory_iterator(os::path_of(folder)))
         if (extension_of(entry.path()) == ".png") make_binary(entry.path());
     return folder;
 }
 
 void keep_object(splat_scene scene, const std::string& out) {
-    const Json config = Json::parse(read_text((fs::path(out) / "config.json").string()));
+    const Json config = Json::parse(read_text(os::text_of(os::path_of(out) / "config.json")));
     const std::vector<MaskedView> views = views_of(config);
     splat_scene_info info;
     std::vector<float> means = means_of(scene, info);

@@ -1,13 +1,13 @@
 #include "vkrun/fit/poses.h"
 
-#include <unistd.h>
-
 #include <array>
 #include <cstdio>
 #include <fstream>
 #include <functional>
 #include <optional>
 
+#include "core/os/console.h"
+#include "core/os/path.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/text.h"
@@ -17,6 +17,7 @@ namespace vkrun {
 namespace {
 
 namespace fs = std::filesystem;
+namespace os = splat::os;
 
 constexpr std::size_t kMostPairwise = 200;  ///< photographs of which all pairs are matched
 
@@ -49,7 +50,7 @@ class StageLine {
   private:
     std::string what_;
     std::size_t total_, tenth_ = 0;
-    bool terminal_ = isatty(STDERR_FILENO) != 0, shown_ = false;
+    bool terminal_ = os::errors_on_terminal(), shown_ = false;
 };
 
 /// The numbers behind the last '[' of a line as "[3/50]".
@@ -74,11 +75,11 @@ std::optional<std::size_t> registered_of(const std::string& line) {
 class Colmap {
   public:
     explicit Colmap(const PoseTask& task)
-        : task_(task), database_((task.work / "database.db").string()) {}
+        : task_(task), database_(os::text_of(task.work / "database.db")) {}
 
     Poses run() {
         make_folder(task_.work);
-        const std::string list = (task_.work / "images.txt").string();
+        const std::string list = os::text_of(task_.work / "images.txt");
         std::string names;
         for (const std::string& name : task_.names) names += name + "\n";
         replace_file(list, names);
@@ -134,7 +135,7 @@ class Colmap {
                                           "--database_path",
                                           database_,
                                           "--image_path",
-                                          task_.photos.string(),
+                                          os::text_of(task_.photos),
                                           "--image_list_path",
                                           list,
                                           "--ImageReader.single_camera",
@@ -177,8 +178,8 @@ class Colmap {
         fs::remove_all(out);
         make_folder(out);
         StageLine stage("registered", task_.names.size());
-        run({"mapper", "--database_path", database_, "--image_path", task_.photos.string(),
-             "--output_path", out.string()},
+        run({"mapper", "--database_path", database_, "--image_path", os::text_of(task_.photos),
+             "--output_path", os::text_of(out)},
             [&](const std::string& line) {
                 if (const auto count = registered_of(line)) stage.show(*count);
                 // The mapper fails then, which the count of photographs tells better.
@@ -198,7 +199,7 @@ class Colmap {
             for (std::size_t i = bytes.size(); i-- > 0;) count = count << 8U | bytes[i];
             ++found.models;
             if (count < found.registered ||
-                (count == found.registered && found.model.native() < entry.path().native()))
+                (count == found.registered && os::text_of(found.model) < os::text_of(entry.path())))
                 continue;
             found.registered = count;
             found.model = entry.path();

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "core/os/path.h"
+
 namespace vkrun {
 
 /// Photographs whose cameras are wanted.

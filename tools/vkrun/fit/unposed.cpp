@@ -1,17 +1,15 @@
 #include "vkrun/fit/unposed.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <set>
 #include <vector>
 
+#include "core/os/console.h"
+#include "core/os/file.h"
+#include "core/os/path.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
@@ -27,6 +25,7 @@ namespace vkrun {
 namespace {
 
 namespace fs = std::filesystem;
+namespace os = splat::os;
 
 constexpr std::size_t kFewestPhotos = 3;
 constexpr const char* kMade[] = {"data", "masks", "colmap", "photos", "colmap.log", "ffmpeg.log"};
@@ -46,7 +45,7 @@ std::vector<std::string> names_with(const fs::path& folder, const std::set<std::
     std::vector<std::string> names;
     std::error_code none;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder, none))
-        if (const std::string name = entry.path().filename().string();
+        if (const std::string name = os::text_of(entry.path().filename());
             name[0] != '.' && endings.contains(extension_of(name)))
             names.push_back(name);
     std::sort(names.begin(), names.end());
@@ -84,7 +83,7 @@ void check_formats(const fs::path& folder, std::size_t readable) {
     if (others.empty()) return;
     const std::string found = format(
         "'%s': %zu photographs are HEIC, TIFF or of another format that is not read, such as '%s'",
-        folder.c_str(), others.size(), others[0].c_str());
+        os::text_of(folder).c_str(), others.size(), others[0].c_str());
     const char* const advice =
         "convert them: 'heif-convert IN.heic OUT.jpg', or 'magick IN OUT.jpg'";
     if (readable < kFewestPhotos) throw Failure(kBadData, found + "; " + advice);
@@ -94,8 +93,8 @@ void check_formats(const fs::path& folder, std::size_t readable) {
 /// What prepared.json holds.
 class Record {
   public:
-    explicit Record(const std::string& out) : path_(fs::path(out) / "prepared.json") {
-        if (has(path_)) json_ = Json::parse(read_text(path_.string()), nullptr, false);
+    explicit Record(const std::string& out) : path_(os::path_of(out) / "prepared.json") {
+        if (has(path_)) json_ = Json::parse(read_text(os::text_of(path_)), nullptr, false);
         if (!json_.is_object()) json_ = Json::object();
     }
     [[nodiscard]] bool is_there() const { return !json_.empty(); }
@@ -136,35 +135,37 @@ class FolderLock {
   public:
     explicit FolderLock(const std::string& out) {
         make_folder(out);
-        const std::string path = (fs::path(out) / "lock").string();
-        file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-        if (file_ < 0) throw Failure(kFailed, "cannot write '" + path + "'");
-        if (flock(file_, LOCK_EX | LOCK_NB) == 0) return;
-        close(file_);
+        const std::string path = os::text_of(os::path_of(out) / "lock");
+        file_ = os::open(path, os::Open::kUpdate);
+        if (file_ == os::kNoHandle) throw Failure(kFailed, "cannot write '" + path + "'");
+        if (os::lock(file_, os::Lock::kExclusive, false) == 0) return;
+        os::close(file_);
         throw Failure(kUsageError, "'" + out +
                                        "' is in use: wait for the end of the fit there, "
                                        "stop it, or choose another folder");
     }
-    ~FolderLock() { close(file_); }
+    ~FolderLock() { os::close(file_); }
     FolderLock(const FolderLock&) = delete;
     FolderLock& operator=(const FolderLock&) = delete;
 
   private:
-    int file_ = -1;
+    os::Handle file_ = os::kNoHandle;
 };
 
 class Preparation {
   public:
     Preparation(FitInput& input, Record& record)
-        : input_(input), record_(record), out_(fs::absolute(input.out).lexically_normal()) {}
+        : input_(input),
+          record_(record),
+          out_(fs::absolute(os::path_of(input.out)).lexically_normal()) {}
 
     /// Data with cameras, made of photographs, or of a video of so many frames.
     void make_poses(const fs::path& source, bool video, std::uint64_t frames) {
         fs::path photos = video ? out_ / "photos" : source;
-        const std::string log = (out_ / "colmap.log").string();
+        const std::string log = os::text_of(out_ / "colmap.log");
         if (video && !record_.is_done("frames")) {
-            extract_frames(source.string(), frames, photos, input_.frames,
-                           (out_ / "ffmpeg.log").string());
+            extract_frames(os::text_of(source), frames, photos, input_.frames,
+                           os::text_of(out_ / "ffmpeg.log"));
             record_.finish("frames");
         }
         const std::vector<std::string> names = photos_in(photos);
@@ -179,16 +180,15 @@ class Preparation {
             check_count(poses, names.size());
             record_.finish("poses");
         }
-        input_.data = (fs::path(input_.out) / "data").string();
+        input_.data = os::text_of(os::path_of(input_.out) / "data");
     }
 
     void make_masks() {
         if (!input_.object || !input_.masks.empty()) return;
         // Masks that are made stay, so a signal may end it at once.
-        for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-            if (std::signal(signal, SIG_DFL) == SIG_IGN) std::signal(signal, SIG_IGN);
-        input_.masks =
-            make_object_masks(photos_of(input_.data).string(), input_.out, input_.overwrite);
+        os::release_interrupts();
+        input_.masks = make_object_masks(os::text_of(photos_of(os::path_of(input_.data))),
+                                         input_.out, input_.overwrite);
     }
 
   private:
@@ -197,10 +197,24 @@ class Preparation {
         for (const std::string& name : names) {
             splat_image image{};
             image.type = SPLAT_PIXEL_U8;
-            check(splat_image_load((folder / name).c_str(), &image, nullptr), kBadData);
+            check(
+                splat_image_load(os::text_of(folder / os::path_of(name)).c_str(), &image, nullptr),
+                kBadData);
             sizes.emplace(image.width, image.height);
         }
         return sizes.size() == 1;
+    }
+
+    /// Where links to folders cannot be made, such as by most users of Windows: other names of the photographs, or
+    /// copies on another disk.
+    static void link_photos(const fs::path& from, const fs::path& to) {
+        make_folder(to);
+        for (const std::string& text : photos_in(from)) {
+            const fs::path name = os::path_of(text);
+            std::error_code failed;
+            fs::create_hard_link(from / name, to / name, failed);
+            if (failed) fs::copy_file(from / name, to / name);
+        }
     }
 
     /// data/ with the model, whole or not at all.
@@ -212,7 +226,10 @@ class Preparation {
         make_folder(part / "sparse");
         fs::copy(poses.model, part / "sparse" / "0");
         const bool inside = photos.parent_path() == out_;
-        fs::create_directory_symlink(inside ? ".." / photos.filename() : photos, part / "images");
+        std::error_code failed;
+        fs::create_directory_symlink(inside ? ".." / photos.filename() : photos, part / "images",
+                                     failed);
+        if (failed) link_photos(photos, part / "images");
         fs::rename(part, data);
     }
 
@@ -229,8 +246,8 @@ class Preparation {
             "on the spot, and repeat the command with them",
             poses.registered, count);
         if (poses.registered >= kFewestPhotos)
-            sentence +=
-                "; 'vkrun fit " + (out_ / "data").string() + " --out DIR' fits those that have one";
+            sentence += "; 'vkrun fit " + os::text_of(out_ / "data") +
+                        " --out DIR' fits those that have one";
         throw Failure(kBadData, sentence);
     }
 
@@ -241,7 +258,7 @@ class Preparation {
 
 /// Identifies the photographs or the video: their names, sizes and times.
 Json what_of(const fs::path& source, const std::vector<std::string>& names, const FitInput& input) {
-    Json what = {{"source", source.string()}};
+    Json what = {{"source", os::text_of(source)}};
     std::error_code none;
     const auto time_of = [&](const fs::path& path) {
         return std::chrono::duration_cast<std::chrono::seconds>(
@@ -254,14 +271,14 @@ Json what_of(const fs::path& source, const std::vector<std::string>& names, cons
         what["frames"] = input.frames;
     }
     for (const std::string& name : names)
-        what["photos"].push_back(
-            {name, fs::file_size(source / name, none), time_of(source / name)});
+        what["photos"].push_back({name, fs::file_size(source / os::path_of(name), none),
+                                  time_of(source / os::path_of(name))});
     return what;
 }
 
 /// Throws where the library would refuse OUT after everything is made, or where OUT has files of others.
 void check_out(const FitInput& input, const Record& record) {
-    const fs::path out = input.out;
+    const fs::path out = os::path_of(input.out);
     const std::string place = "'" + input.out + "' is there and ";
     const bool is_run = holds_run(out);
     if (is_run && !input.overwrite)
@@ -283,12 +300,12 @@ void check_kept(const FitInput& input, const fs::path& source) {
     const auto whole = [](const fs::path& path) {
         return fs::weakly_canonical(fs::absolute(path));
     };
-    for (const fs::path& path : {fs::path(input.data), source, fs::path(input.masks)}) {
+    for (const fs::path& path : {os::path_of(input.data), source, os::path_of(input.masks)}) {
         if (path.empty()) continue;
-        const fs::path below = whole(path).lexically_relative(whole(input.out));
+        const fs::path below = whole(path).lexically_relative(whole(os::path_of(input.out)));
         for (const char* name : kMade)
             if (!below.empty() && *below.begin() == name)
-                throw Failure(kUsageError, "'" + path.string() + "' lies in '" + input.out +
+                throw Failure(kUsageError, "'" + os::text_of(path) + "' lies in '" + input.out +
                                                "', where this command makes '" + name +
                                                "' anew: choose another folder");
     }
@@ -311,7 +328,7 @@ void check_together(const FitInput& input, const std::vector<std::string>& photo
             load_cameras(cameras_in(input.data, input.cameras == "transforms"),
                          {.size = {}, .ignore_distortion = true, .without_size = true});
         for (const std::string& text : file.names) {
-            fs::path name = fs::path(text).lexically_normal();
+            fs::path name = os::path_of(text).lexically_normal();
             if (!name.empty() && *name.begin() == "images")
                 name = name.lexically_relative("images");
             together = together && !name.has_parent_path();
@@ -328,7 +345,7 @@ void check_together(const FitInput& input, const std::vector<std::string>& photo
 /// Whether a run that has begun is resumed, so that no more is to do.
 bool is_begun(FitInput& input, const Record& record) {
     if (!input.resume) return false;
-    if (record.is_there() && !holds_run(input.out))
+    if (record.is_there() && !holds_run(os::path_of(input.out)))
         throw Failure(kUsageError, "'" + input.out +
                                        "' has what a run is made of, but no run yet: repeat the "
                                        "command without --resume; what is done stays done");
@@ -337,8 +354,8 @@ bool is_begun(FitInput& input, const Record& record) {
     if (!record.is_there()) return true;
     input.object = record.object();
     const std::string source = record.what().value("source", "");
-    const fs::path data = fs::weakly_canonical(input.data);
-    if (data == source || photos_of(data) == source) input.data.clear();
+    const fs::path data = fs::weakly_canonical(os::path_of(input.data));
+    if (data == os::path_of(source) || photos_of(data) == os::path_of(source)) input.data.clear();
     return true;
 }
 
@@ -347,7 +364,7 @@ bool is_begun(FitInput& input, const Record& record) {
 void prepare_input(FitInput& input) {
     Record record(input.out);
     if (is_begun(input, record) || input.data.empty()) return;
-    const fs::path data = fs::weakly_canonical(input.data);
+    const fs::path data = fs::weakly_canonical(os::path_of(input.data));
     const bool video = is_video(data) && fs::is_regular_file(data);
     const fs::path source = video ? data : photos_of(data);
     const std::vector<std::string> names = video ? std::vector<std::string>() : photos_in(source);
@@ -367,7 +384,7 @@ void prepare_input(FitInput& input) {
     std::uint64_t frames = 0;
     catch_run_signals();
     if (video && !(record.what() == what && record.is_done("frames")))
-        frames = count_frames(source.string());
+        frames = count_frames(os::text_of(source));
     if (unposed && !has_poses) check_colmap();
     const FolderLock lock(input.out);
     record.begin(what, input.object);

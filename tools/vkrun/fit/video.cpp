@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "core/os/path.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
@@ -21,6 +22,7 @@ namespace vkrun {
 namespace {
 
 namespace fs = std::filesystem;
+namespace os = splat::os;
 
 constexpr int kLongestSide = 1600;
 constexpr std::uint64_t kFewestFrames = 10;
@@ -142,7 +144,7 @@ class SharpestFrames {
         const std::string name =
             format("frame_%06llu.png", static_cast<unsigned long long>(best_.number));
         const splat_image image = bytes_image(best_.rgb.data(), best_.width, best_.height, 3);
-        check(splat_image_save((folder_ / name).c_str(), &image));
+        check(splat_image_save(os::text_of(folder_ / os::path_of(name)).c_str(), &image));
         best_.sharpness = -1;
     }
 
@@ -242,7 +244,7 @@ void extract_frames(const std::string& video, std::uint64_t frames, const fs::pa
     else
         std::fprintf(stderr, "all %llu frames are taken", count);
     std::fprintf(stderr, ", at most %d pixels a side\n", kLongestSide);
-    const fs::path part = folder.string() + ".part";
+    const fs::path part = os::path_of(os::text_of(folder) + ".part");
     fs::remove_all(part);
     make_folder(part);
     SharpestFrames sharpest(part, frames, wanted);

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "core/os/path.h"
+
 namespace vkrun {
 
 /// Whether a path names a file of a video, by its extension.

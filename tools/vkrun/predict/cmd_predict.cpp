@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/files.h"
@@ -99,7 +100,7 @@ void check_targets(const PredictionOptions& o) {
     std::error_code none;
     for (std::uint32_t i = 0;; ++i) {
         const std::string path = o.out + format("/view_%02u.png", i);
-        if (i >= o.views && !std::filesystem::exists(path, none)) break;
+        if (i >= o.views && !std::filesystem::exists(splat::os::path_of(path), none)) break;
         check(path);
     }
 }

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/os/path.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/text.h"
@@ -59,7 +60,7 @@ std::string mask_preset_at_hand() {
         const Json& outputs = found.at("preset").at("outputs");
         std::error_code none;
         if (outputs.size() == 1 && outputs.at(0).at("map") == "mask" &&
-            std::filesystem::exists(found.at("path").get<std::string>(), none))
+            std::filesystem::exists(splat::os::path_of(found.at("path").get<std::string>()), none))
             return name;
     }
     return "";

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "core/os/path.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
@@ -111,7 +112,7 @@ Predicted read_photo(const PredictionOptions& options, const Network& network) {
                                        "depth and " + (normal ? "" : "no ") +
                                        "normal map: give --depth and --normal to match");
     Predicted task;
-    task.name = std::filesystem::path(options.image).stem().string();
+    task.name = splat::os::text_of(splat::os::path_of(options.image).stem());
     splat_picture picture = picture_of(options);
     const std::vector<float> embedding = vector_of(options.embedding, "--embedding");
     const std::vector<float> tokens = vector_of(options.tokens, "--tokens");
@@ -269,10 +270,9 @@ void add_scores(std::uint32_t object, const Predicted& task, const std::vector<f
 /// Empty for other weights, and for adapters that are not built in either.
 std::string built_in_note(const PredictionOptions& options, const NetworkFiles& files) {
     if (options.image.empty() || !is_built_in(files.weights)) return "";
-    const std::filesystem::path adapters(files.adapters);
-    const bool chairs =
-        adapters.stem() == "chairs" &&
-        adapters.parent_path() == std::filesystem::path(files.weights).parent_path();
+    const std::filesystem::path adapters = splat::os::path_of(files.adapters);
+    const bool chairs = adapters.stem() == "chairs" &&
+                        adapters.parent_path() == splat::os::path_of(files.weights).parent_path();
     if (!files.adapters.empty() && !chairs) return "";
     const std::string known =
         chairs

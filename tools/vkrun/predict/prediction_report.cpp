@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/text.h"
@@ -22,7 +23,7 @@ std::string view_path(const std::string& out, std::size_t number) {
 /// Removes the views that an earlier run with more of them left.
 void remove_views_from(const std::string& out, std::size_t first) {
     std::error_code failed;
-    while (std::filesystem::remove(view_path(out, first), failed)) ++first;
+    while (std::filesystem::remove(splat::os::path_of(view_path(out, first)), failed)) ++first;
 }
 
 /// Input views, each next to its prediction, then novel views. With truths, a row of them stands
@@ -52,7 +53,7 @@ std::vector<const float*> sheet_cells(const Predicted& task, const std::vector<f
 }
 
 std::string file_name(const Json& path) {
-    return std::filesystem::path(path.get<std::string>()).filename().string();
+    return splat::os::text_of(splat::os::path_of(path.get<std::string>()).filename());
 }
 
 /// The result for the page, in words and rounded.

@@ -5,6 +5,7 @@
 #include <memory>
 #include <set>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/options.h"
@@ -69,9 +70,9 @@ PriorsEvaluation paired_maps(const PriorsEvalOptions& options) {
     evaluation.truth = options.folders.back();
     evaluation.methods.assign(options.folders.begin(), options.folders.end() - 1);
     const std::string& kind = options.scores.kind;
-    evaluation.truth_files = find_maps(evaluation.truth, kind);
+    evaluation.truth_files = find_maps(splat::os::path_of(evaluation.truth), kind);
     for (const std::string& method : evaluation.methods) {
-        evaluation.files.push_back(find_maps(method, kind));
+        evaluation.files.push_back(find_maps(splat::os::path_of(method), kind));
         const MapFiles& files = evaluation.files.back();
         for (const auto& [name, path] : evaluation.truth_files)
             if (files.count(name) == 0)
@@ -119,7 +120,7 @@ void score_maps(PriorsEvaluation& evaluation, std::uint32_t threads) {
                 map.scores[method] = score_map(file->second, evaluation.truth_files.at(map.name),
                                                evaluation.options);
             } catch (const Failure& failure) {
-                failures[index] = about_file(file->second.string(), failure.what());
+                failures[index] = about_file(splat::os::text_of(file->second), failure.what());
             }
         });
     for (const std::string& failure : failures)
@@ -151,7 +152,7 @@ int eval_priors(const PriorsEvalOptions& options) {
     if (!options.groups.empty()) add_groups(evaluation, options.groups);
     score_maps(evaluation, options.threads);
     check_scored(evaluation);
-    if (!options.out.empty()) write_evaluation(evaluation, options.out);
+    if (!options.out.empty()) write_evaluation(evaluation, splat::os::path_of(options.out));
     if (options.json)
         print_json(evaluation_json(evaluation));
     else

@@ -6,10 +6,17 @@
 
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/options.h"
+#include "vkrun/cli/path_name.h"
 #include "vkrun/priors/preset_list.h"
 
 namespace vkrun {
 namespace {
+
+#if defined(_WIN32)
+constexpr const char* kFolderVariables = "SPLAT_PRIORS_DIR and LOCALAPPDATA";
+#else
+constexpr const char* kFolderVariables = "SPLAT_PRIORS_DIR, XDG_DATA_HOME and HOME";
+#endif
 
 constexpr const char* kPriorsGetExamples =
     R"(
@@ -30,17 +37,16 @@ int get_model(const ModelGetOptions& options) {
     const Json found = preset_json(options.name);
     const Json& preset = found.at("preset");
     const auto name = preset.at("file").value("name", "");
-    if (name.empty() || name.find('/') != std::string::npos)
+    if (PathName(name).text() != name)
         throw Failure(kBadData, "the file of preset '" + options.name + "' is called '" + name +
-                                    "', expected a name without '/'");
+                                    "', expected a name without '/' that every system takes");
     const Download download = download_of(found, options.out);
     if (download.url.empty())
         throw Failure(kBadData, "no address of '" + name + "' is known; " +
                                     preset.value("note", std::string()));
     if (options.out.empty() && found.at("path").get<std::string>().starts_with("/" + name))
-        throw Failure(kUsageError,
-                      "none of SPLAT_PRIORS_DIR, XDG_DATA_HOME and HOME names a "
-                      "folder for models: name one with --out");
+        throw Failure(kUsageError, std::string("none of ") + kFolderVariables +
+                                       " names a folder for models: name one with --out");
     const Json fetched = fetch(download, options.unverified);
     if (options.json)
         print_json(fetched);

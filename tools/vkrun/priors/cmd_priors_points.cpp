@@ -14,6 +14,7 @@
 #include <numbers>
 #include <optional>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
@@ -64,7 +65,7 @@ std::size_t vertices_of(const std::string& path) {
     for (std::string line; std::getline(file, line) && line.rfind("end_header", 0) != 0;) {
         unsigned long long count = 0;
         if (std::sscanf(line.c_str(), "element vertex %llu", &count) != 1) continue;
-        if (count > std::filesystem::file_size(path) / kVertexBytes)
+        if (count > std::filesystem::file_size(splat::os::path_of(path)) / kVertexBytes)
             throw Failure(
                 kBadData,
                 format("'%s': the header names %llu vertices, more than the file has bytes for",
@@ -167,7 +168,7 @@ void check_rotation(const std::string& path, const glm::dmat3& turn) {
 
 /// The numbers of a pose. Throws a Failure of bad data.
 std::vector<double> load_pose(const std::string& path) {
-    std::ifstream file(path);
+    std::ifstream file(splat::os::path_of(path));
     std::vector<double> pose;
     for (std::string word; file >> word;) {
         char* end = nullptr;

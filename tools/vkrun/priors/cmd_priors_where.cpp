@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/table.h"
@@ -40,7 +41,8 @@ void print_presets() {
         const Json& preset = found.at("preset");
         const Json& file = preset.at("file");
         std::error_code none;
-        const bool there = std::filesystem::exists(found.at("path").get<std::string>(), none);
+        const bool there =
+            std::filesystem::exists(splat::os::path_of(found.at("path").get<std::string>()), none);
         table.add({name, maps_of(preset),
                    file.contains("bytes") ? bytes_text(file.at("bytes").get<std::uint64_t>()) : "",
                    there ? "yes" : "no", preset.at("title")});

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "core/os/path.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/priors/preset_list.h"
@@ -13,15 +14,17 @@ namespace vkrun {
 namespace {
 
 namespace fs = std::filesystem;
+namespace os = splat::os;
 
 fs::path depth_path(const MapJob& job) {
-    const fs::path beside = job.picture.parent_path().parent_path() / "depth" / job.stem;
+    const fs::path beside =
+        job.picture.parent_path().parent_path() / "depth" / os::path_of(job.stem);
     std::error_code none;
     for (const fs::path& path : {job.map_path("depth", ".npy"), job.map_path("depth", ".png"),
-                                 fs::path(beside.string() + ".png")})
+                                 os::path_of(os::text_of(beside) + ".png")})
         if (fs::exists(path, none)) return path;
-    throw Failure(kBadData, "no depth map '" + job.map_path("depth", ".png").string() + "' or '" +
-                                beside.string() + ".png'");
+    throw Failure(kBadData, "no depth map '" + os::text_of(job.map_path("depth", ".png")) +
+                                "' or '" + os::text_of(beside) + ".png'");
 }
 
 /// Pixels, of SRN's intrinsics.txt: a focal length first, height and width last.
@@ -33,31 +36,31 @@ double focal_of(const MapJob& job, const DepthOptions& options, double width) {
     std::vector<double> numbers;
     for (double number = 0; file >> number;) numbers.push_back(number);
     if (numbers.size() < 6 || !(numbers.front() > 0) || !(numbers.back() >= 1))
-        throw Failure(kBadData, "no focal length in '" + path.string() + "': give --fov");
+        throw Failure(kBadData, "no focal length in '" + os::text_of(path) + "': give --fov");
     return numbers.front() / numbers.back() * width;
 }
 
 LoadedDepth load_file(const fs::path& path) {
     LoadedDepth loaded;
     loaded.image.type = SPLAT_PIXEL_F32;
-    check(splat_image_load(path.c_str(), &loaded.image, nullptr), kBadData);
+    check(splat_image_load(os::text_of(path).c_str(), &loaded.image, nullptr), kBadData);
     if (loaded.image.channels != 1)
-        throw Failure(kBadData, "'" + path.string() + "' has " +
+        throw Failure(kBadData, "'" + os::text_of(path) + "' has " +
                                     std::to_string(loaded.image.channels) +
                                     " channels, expected 1");
     loaded.values.resize(std::size_t{loaded.image.width} * loaded.image.height);
     loaded.image.pixels = loaded.values.data();
-    check(splat_image_load(path.c_str(), &loaded.image, nullptr), kBadData);
+    check(splat_image_load(os::text_of(path).c_str(), &loaded.image, nullptr), kBadData);
     return loaded;
 }
 
 }  // namespace
 
 std::string inverse_preset_of(const std::string& folder) {
-    const fs::path path = fs::path(folder) / "priors-depth.json";
+    const fs::path path = os::path_of(folder) / "priors-depth.json";
     std::error_code none;
     if (!fs::exists(path, none)) return "";
-    const Json record = Json::parse(read_text(path.string()), nullptr, false);
+    const Json record = Json::parse(read_text(os::text_of(path)), nullptr, false);
     if (!record.is_object() || record.value("format", Json()) != "npy") return "";
     for (const std::string& name : preset_names()) {
         if (record.value("preset", Json()) != name) continue;
@@ -84,13 +87,13 @@ LoadedDepth load_depth(const MapJob& job, const DepthOptions& options) {
     const fs::path path = depth_path(job);
     const bool numbers = path.extension() == ".npy";
     if (numbers && !options.inverse_preset.empty())
-        throw Failure(kUsageError, "'" + path.string() + "' has the inverse depth of preset '" +
+        throw Failure(kUsageError, "'" + os::text_of(path) + "' has the inverse depth of preset '" +
                                        options.inverse_preset +
                                        "', expected distances: make the depth maps again with "
                                        "--format png16, and give --distances NEAREST FARTHEST");
     const bool distances = numbers && options.distances.empty();
     if (!distances && options.distances.empty())
-        throw Failure(kUsageError, "'" + path.string() +
+        throw Failure(kUsageError, "'" + os::text_of(path) +
                                        "' is relative depth: give --distances NEAREST FARTHEST");
     LoadedDepth loaded = load_file(path);
     loaded.desc = sized<splat_normals_desc>();

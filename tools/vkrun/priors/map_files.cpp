@@ -4,6 +4,7 @@
 #include <set>
 #include <sstream>
 
+#include "core/os/path.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/text.h"
@@ -12,6 +13,7 @@ namespace vkrun {
 namespace {
 
 namespace fs = std::filesystem;
+namespace os = splat::os;
 
 /// Folders of an object in SRN's layout.
 const std::set<std::string> kLayout = {"rgb", "depth", "normal", "mask"};
@@ -31,36 +33,36 @@ std::map<std::string, std::vector<fs::path>> files_by_place(const fs::path& fold
                                         failed);
     for (; !failed && at != fs::recursive_directory_iterator(); at.increment(failed)) {
         last = at->path();
-        if (at->path().filename().string().front() == '.') {
+        if (os::text_of(at->path().filename()).front() == '.') {
             at.disable_recursion_pending();
             continue;
         }
         if (!is_map_file(at->path())) continue;
         if (!fs::exists(at->path()))
             throw Failure(kBadData,
-                          "'" + at->path().string() + "' is a link to what does not exist");
+                          "'" + os::text_of(at->path()) + "' is a link to what does not exist");
         if (!at->is_regular_file()) continue;
         const fs::path relative = at->path().lexically_relative(folder);
-        const std::string place = relative.parent_path().filename().string();
+        const std::string place = os::text_of(relative.parent_path().filename());
         found[kLayout.count(place) != 0 ? place : ""].push_back(relative);
     }
     if (failed)
         throw Failure(kBadData,
-                      "cannot read the folder '" + last.string() + "': " + failed.message());
+                      "cannot read the folder '" + os::text_of(last) + "': " + failed.message());
     return found;
 }
 
 /// "object/depth/000000.png" to "object/000000".
 std::string name_of(const fs::path& relative, bool in_layout) {
     const fs::path folder = relative.parent_path();
-    return ((in_layout ? folder.parent_path() : folder) / relative.stem()).generic_string();
+    return os::text_of((in_layout ? folder.parent_path() : folder) / relative.stem());
 }
 
 }  // namespace
 
 MapFiles find_maps(const fs::path& folder, const std::string& kind) {
     if (!fs::is_directory(folder))
-        throw Failure(kBadData, "'" + folder.string() + "' is no folder");
+        throw Failure(kBadData, "'" + os::text_of(folder) + "' is no folder");
     const auto found = files_by_place(folder);
     std::vector<std::string> places = {kind, ""};
     if (kind == "mask") places.insert(places.begin() + 1, "rgb");
@@ -72,14 +74,14 @@ MapFiles find_maps(const fs::path& folder, const std::string& kind) {
             const std::string name = name_of(relative, !place.empty());
             const auto [at, fresh] = maps.emplace(name, folder / relative);
             if (!fresh)
-                throw Failure(kBadData, "'" + at->second.string() + "' and '" +
-                                            (folder / relative).string() + "' are both the map '" +
-                                            name + "'; remove one");
+                throw Failure(kBadData, "'" + os::text_of(at->second) + "' and '" +
+                                            os::text_of(folder / relative) +
+                                            "' are both the map '" + name + "'; remove one");
         }
         return maps;
     }
     throw Failure(kBadData,
-                  "'" + folder.string() + "' holds no map of the kind " + kind +
+                  "'" + os::text_of(folder) + "' holds no map of the kind " + kind +
                       ": expected .png, .npy, .jpg, .webp, .pgm or .pfm files, in SRN's layout in "
                       "OBJECT/" +
                       kind);

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/os/path.h"
+
 namespace vkrun {
 
 /// Paths of maps by their names: the path below the folder, without the extension.

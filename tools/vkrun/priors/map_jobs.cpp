@@ -1,23 +1,23 @@
 #include "vkrun/priors/map_jobs.h"
 
-#include <signal.h>
-
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <chrono>
 #include <map>
 #include <set>
 
+#include "core/os/path.h"
+#include "core/os/process.h"
 #include "vkrun/cli/handles.h"
 
 namespace vkrun {
 namespace {
 
 namespace fs = std::filesystem;
+namespace os = splat::os;
 
 bool is_picture_file(const fs::path& path) {
-    std::string extension = path.extension().string();
+    std::string extension = os::text_of(path.extension());
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return std::set<std::string>{".png", ".jpg", ".jpeg", ".webp", ".pgm", ".ppm"}.count(
                extension) != 0;
@@ -29,10 +29,11 @@ std::vector<fs::path> entries_of(const fs::path& folder) {
     std::error_code failed;
     for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
          entry.increment(failed))
-        if (entry->path().filename().string().rfind('.', 0) != 0) entries.push_back(entry->path());
+        if (os::text_of(entry->path().filename()).rfind('.', 0) != 0)
+            entries.push_back(entry->path());
     if (failed)
         throw Failure(kBadData,
-                      "cannot read the folder '" + folder.string() + "': " + failed.message());
+                      "cannot read the folder '" + os::text_of(folder) + "': " + failed.message());
     std::sort(entries.begin(), entries.end());
     return entries;
 }
@@ -41,10 +42,11 @@ void add_pictures(const fs::path& folder, const fs::path& to, std::vector<MapJob
     std::map<std::string, fs::path> stems;
     for (const fs::path& entry : entries_of(folder)) {
         if (!is_picture_file(entry) || fs::is_directory(entry)) continue;
-        const std::string stem = entry.stem().string();
+        const std::string stem = os::text_of(entry.stem());
         const auto [other, added] = stems.emplace(stem, entry);
         if (!added)
-            throw Failure(kBadData, "'" + other->second.string() + "' and '" + entry.string() +
+            throw Failure(kBadData, "'" + os::text_of(other->second) + "' and '" +
+                                        os::text_of(entry) +
                                         "' would have the same maps: rename one of them");
         jobs.push_back({entry, to, stem});
     }
@@ -56,11 +58,12 @@ void add_data_set(const fs::path& folder, const fs::path& to, int depth,
     constexpr int kDeepest = 5;
     if (fs::is_directory(folder / "rgb")) return add_pictures(folder / "rgb", to, jobs);
     if (fs::exists(folder / "intrinsics.txt") || fs::is_directory(folder / "pose"))
-        throw Failure(kBadData, "'" + folder.string() + "' is an object without rgb/");
+        throw Failure(kBadData, "'" + os::text_of(folder) + "' is an object without rgb/");
     if (depth == kDeepest) return;
     for (const fs::path& entry : entries_of(folder)) {
         if (!fs::exists(entry))
-            throw Failure(kBadData, "'" + entry.string() + "' is a link to what does not exist");
+            throw Failure(kBadData,
+                          "'" + os::text_of(entry) + "' is a link to what does not exist");
         if (fs::is_directory(entry)) add_data_set(entry, to / entry.filename(), depth + 1, jobs);
     }
 }
@@ -68,13 +71,13 @@ void add_data_set(const fs::path& folder, const fs::path& to, int depth,
 /// Throws a Failure, with the command that converts it, for a picture of a format that is not read.
 void check_conversion(const fs::path& folder) {
     for (const fs::path& entry : entries_of(folder)) {
-        std::string extension = entry.extension().string();
+        std::string extension = os::text_of(entry.extension());
         for (char& c : extension)
             c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
         const std::set<std::string> others = {".heic", ".heif", ".avif", ".tif", ".tiff", ".jxl"};
         splat_image image{};
         if (others.count(extension) != 0)
-            check(splat_image_load(entry.c_str(), &image, nullptr), kBadData);
+            check(splat_image_load(os::text_of(entry).c_str(), &image, nullptr), kBadData);
     }
 }
 
@@ -83,9 +86,9 @@ void check_conversion(const fs::path& folder) {
 std::vector<MapJob> map_jobs(const fs::path& in, const fs::path& out, const Shard& shard) {
     std::vector<MapJob> all;
     std::error_code none;
-    if (!fs::exists(in, none)) throw Failure(kBadData, "there is no '" + in.string() + "'");
+    if (!fs::exists(in, none)) throw Failure(kBadData, "there is no '" + os::text_of(in) + "'");
     if (!fs::is_directory(in)) {
-        all.push_back({in, out, in.stem().string()});
+        all.push_back({in, out, os::text_of(in.stem())});
     } else {
         add_data_set(in, out, 0, all);
         if (all.empty()) add_pictures(in, out, all);
@@ -94,7 +97,7 @@ std::vector<MapJob> map_jobs(const fs::path& in, const fs::path& out, const Shar
     if (all.empty())
         throw Failure(
             kBadData,
-            "'" + in.string() +
+            "'" + os::text_of(in) +
                 "' holds no pictures (.png, .jpg, .webp, .pgm), and no folder rgb/ of a data set");
     std::vector<MapJob> part;
     for (std::size_t i = shard.index; i < all.size(); i += shard.count) part.push_back(all[i]);
@@ -107,15 +110,14 @@ void remove_stale_files(const fs::path& folder, const Shard& shard) {
         fs::file_time_type::clock::now() - std::chrono::hours(shard.count > 1 ? 1 : 0);
     if (!fs::is_directory(folder)) return;
     for (const fs::path& entry : entries_of(folder)) {
-        const std::string name = entry.filename().string();
+        const std::string name = os::text_of(entry.filename());
         if (entry.extension() != ".tmp") continue;
         const std::size_t dash = name.rfind('-');
         const std::size_t dot = dash == std::string::npos ? dash : name.rfind('.', dash);
         if (dot == std::string::npos) continue;
         const int process = std::atoi(name.c_str() + dot + 1);
         std::error_code ignored;
-        if (process > 0 && ::kill(process, 0) != 0 && errno == ESRCH &&
-            fs::last_write_time(entry, ignored) < newest)
+        if (process > 0 && !os::may_run(process) && fs::last_write_time(entry, ignored) < newest)
             fs::remove(entry, ignored);
     }
 }
@@ -123,7 +125,7 @@ void remove_stale_files(const fs::path& folder, const Shard& shard) {
 void remove_stale_maps(const std::vector<MapJob>& jobs, const std::string& map,
                        const Shard& shard) {
     std::set<fs::path> folders;
-    for (const MapJob& job : jobs) folders.insert(job.folder / map);
+    for (const MapJob& job : jobs) folders.insert(job.folder / os::path_of(map));
     for (const fs::path& folder : folders) remove_stale_files(folder, shard);
 }
 

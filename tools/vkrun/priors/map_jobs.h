@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/os/path.h"
 #include "vkrun/cli/shard.h"
 
 namespace vkrun {
@@ -16,7 +17,7 @@ struct MapJob {
 
     [[nodiscard]] std::filesystem::path map_path(const std::string& map,
                                                  const std::string& extension) const {
-        return folder / map / (stem + extension);
+        return folder / splat::os::path_of(map) / splat::os::path_of(stem + extension);
     }
 };
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <iterator>
 
+#include "core/os/path.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/picture.h"
@@ -15,6 +16,7 @@ namespace vkrun {
 namespace {
 
 namespace fs = std::filesystem;
+namespace os = splat::os;
 
 /// A map of splat_prior_maps, or the edges of one operator.
 struct MapKind {
@@ -53,7 +55,7 @@ bool missing(const MapRun& run, const MapJob& job) {
 /// What made the maps of a kind; a run with another may not add to them.
 void check_record(const MapRun& run, const MapKind& kind) {
     const fs::path path =
-        fs::path(run.options.out) / ("priors-" + std::string(kind.name) + ".json");
+        os::path_of(run.options.out) / os::path_of("priors-" + std::string(kind.name) + ".json");
     Json wanted = {
         {"map", kind.name}, {"preset", run.report.preset}, {"format", run.options.format}};
     std::error_code none;
@@ -61,13 +63,13 @@ void check_record(const MapRun& run, const MapKind& kind) {
         wanted["operators"] = run.options.edges.operators;
         wanted["of"] = run.options.depth.use ? "depth" : "picture";
     }
-    if (const fs::path model = run.report.model; !model.empty())
-        wanted["model"] = {{"file", model.filename().string()},
+    if (const fs::path model = os::path_of(run.report.model); !model.empty())
+        wanted["model"] = {{"file", os::text_of(model.filename())},
                            {"bytes", fs::file_size(model, none)}};
     if (!run.options.overwrite && fs::exists(path, none)) {
-        const Json found = Json::parse(read_text(path.string()), nullptr, false);
+        const Json found = Json::parse(read_text(os::text_of(path)), nullptr, false);
         if (found != wanted)
-            throw Failure(kUsageError, "'" + path.string() +
+            throw Failure(kUsageError, "'" + os::text_of(path) +
                                            "' says that the maps there are others (" +
                                            found.dump() + ", now " + wanted.dump() +
                                            "): use another folder, or --overwrite");
@@ -91,9 +93,10 @@ splat_image map_target(const MapRun& run, const MapKind& kind, const splat_image
 void write_map(const MapRun& run, const MapJob& job, const MapKind& kind,
                const splat_image& image) {
     const fs::path path = job.map_path(kind.name, run.extension);
-    check_target(path.string(), true, {job.picture.string()});
+    check_target(os::text_of(path), true, {os::text_of(job.picture)});
     make_folder(path.parent_path());
-    if (run.options.format != "png16") return check(splat_image_save(path.c_str(), &image));
+    if (run.options.format != "png16")
+        return check(splat_image_save(os::text_of(path).c_str(), &image));
     std::size_t needed = 0;
     check(splat_image_save_memory(&image, SPLAT_IMAGE_PNG16, nullptr, 0, &needed));
     std::string file(needed, '\0');
@@ -103,7 +106,7 @@ void write_map(const MapRun& run, const MapJob& job, const MapKind& kind,
 
 /// Name a picture that has no maps.
 void complain(MapRun& run, const MapJob& job, const std::string& sentence) {
-    std::fprintf(stderr, "vkrun: %s\n", about_file(job.picture.string(), sentence).c_str());
+    std::fprintf(stderr, "vkrun: %s\n", about_file(os::text_of(job.picture), sentence).c_str());
     ++run.report.failed;
 }
 
@@ -121,12 +124,13 @@ void make_by_model(MapRun& run, const std::vector<MapJob>& jobs,
     const splat_result result = splat_prior_model_run(run.model.get(), images.data(), maps.data(),
                                                       static_cast<std::uint32_t>(images.size()));
     if (result < 0)
-        throw Failure(result == SPLAT_ERROR_INVALID_STATE        ? kNotFinite
-                      : result == SPLAT_ERROR_OUT_OF_HOST_MEMORY ? kOutOfMemory
-                                                                 : kBadData,
-                      "'" + jobs.front().picture.string() + "'" +
-                          (jobs.size() > 1 ? " to '" + jobs.back().picture.string() + "'" : "") +
-                          ": " + library_message());
+        throw Failure(
+            result == SPLAT_ERROR_INVALID_STATE        ? kNotFinite
+            : result == SPLAT_ERROR_OUT_OF_HOST_MEMORY ? kOutOfMemory
+                                                       : kBadData,
+            "'" + os::text_of(jobs.front().picture) + "'" +
+                (jobs.size() > 1 ? " to '" + os::text_of(jobs.back().picture) + "'" : "") + ": " +
+                library_message());
     for (std::size_t i = 0; i < jobs.size(); ++i)
         for (const MapKind& kind : run.kinds) write_map(run, jobs[i], kind, maps[i].*kind.image);
     run.report.made += jobs.size();
@@ -182,7 +186,7 @@ void make_edges(MapRun& run, const MapJob& job) {
     try {
         const LoadedDepth plane = run.options.depth.use
                                       ? load_depth_plane(job)
-                                      : gray_of(load_picture(job.picture.string()).image);
+                                      : gray_of(load_picture(os::text_of(job.picture)).image);
         const std::vector<float> edges = edges_of(plane.image, run.options.edges.operators);
         std::size_t first = 0;
         for (const MapKind& kind : run.kinds) {
@@ -205,7 +209,7 @@ void make_batch(MapRun& run, const std::vector<MapJob>& batch) {
             continue;
         }
         try {
-            pictures.push_back(load_picture(job.picture.string()));
+            pictures.push_back(load_picture(os::text_of(job.picture)));
             jobs.push_back(job);
         } catch (const Failure& failure) {
             complain(run, job, failure.what());
@@ -311,10 +315,10 @@ MapReport make_maps(const MapOptions& options) {
     const Stopwatch watch;
     MapRun run{options, {}, {}, options.format == "npy" ? ".npy" : ".png", {}};
     const Shard shard = parse_shard(options.shard);
-    std::vector<MapJob> jobs = map_jobs(options.in, options.out, shard);
+    std::vector<MapJob> jobs = map_jobs(os::path_of(options.in), os::path_of(options.out), shard);
     choose_maps(run);
     make_folder(options.out);
-    remove_stale_files(options.out, shard);
+    remove_stale_files(os::path_of(options.out), shard);
     for (const MapKind& kind : run.kinds) {
         check_record(run, kind);
         remove_stale_maps(jobs, kind.name, shard);

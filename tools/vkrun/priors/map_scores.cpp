@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/os/path.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
 
@@ -37,10 +38,10 @@ StoredMap load_map(const std::filesystem::path& path) {
     const std::string extension = extension_of(path);
     map.numbers = extension == ".npy" || extension == ".pfm";
     map.image.type = SPLAT_PIXEL_F32;
-    check(splat_image_load(path.c_str(), &map.image, nullptr), kBadData);
+    check(splat_image_load(splat::os::text_of(path).c_str(), &map.image, nullptr), kBadData);
     map.values.resize(std::size_t{map.image.width} * map.image.height * map.image.channels);
     map.image.pixels = map.values.data();
-    check(splat_image_load(path.c_str(), &map.image, nullptr), kBadData);
+    check(splat_image_load(splat::os::text_of(path).c_str(), &map.image, nullptr), kBadData);
     return map;
 }
 
@@ -76,7 +77,7 @@ std::vector<double> depth_scores(const std::filesystem::path& prediction,
 StoredMap load_normals(const std::filesystem::path& path) {
     StoredMap map = load_map(path);
     if (map.image.channels < 3)
-        throw Failure(kBadData, "'" + path.string() + "' has " +
+        throw Failure(kBadData, "'" + splat::os::text_of(path) + "' has " +
                                     std::to_string(map.image.channels) +
                                     " channels, expected the x, y and z of normals");
     if (map.numbers)
@@ -147,8 +148,8 @@ splat_image mask_channel(const StoredMap& map, const std::filesystem::path& path
     bool counts = map.has_alpha();
     if (path.parent_path().filename() == "rgb") {
         if (!counts)
-            throw Failure(kBadData,
-                          "'" + path.string() + "' has no alpha, which would be its mask");
+            throw Failure(kBadData, "'" + splat::os::text_of(path) +
+                                        "' has no alpha, which would be its mask");
     } else if (counts) {
         float least = 1;
         for (std::size_t i = channels - 1; i < map.values.size(); i += channels)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/os/path.h"
 #include "vkrun/cli/html_page.h"
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
@@ -132,7 +133,8 @@ void add_worst(HtmlPage& page, const PriorsEvaluation& evaluation) {
     if (order.empty()) return;
     page.heading("Worst maps of " + evaluation.methods[0]);
     const auto show = [&page](const std::filesystem::path& path, const std::string& caption) {
-        if (path.extension() == ".png") page.picture(path.string(), caption, kWorstWidth);
+        if (path.extension() == ".png")
+            page.picture(splat::os::text_of(path), caption, kWorstWidth);
     };
     for (std::size_t i = 0; i < std::min(kWorstShown, order.size()); ++i) {
         const ScoredMap& map = *order[i].second;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "core/os/path.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/text.h"
@@ -83,7 +84,7 @@ CameraFile load_cameras(const std::string& path, const CameraFileOptions& option
 }
 
 std::string cameras_in(const std::string& path, bool transforms) {
-    const std::filesystem::path folder(path);
+    const std::filesystem::path folder = splat::os::path_of(path);
     std::error_code none;
     const auto has = [&](const std::filesystem::path& file) {
         return std::filesystem::exists(folder / file, none);
@@ -91,9 +92,9 @@ std::string cameras_in(const std::string& path, bool transforms) {
     if (!transforms)
         for (const char* const place : {"", "sparse/0", "sparse"})
             for (const char* const file : {"cameras.bin", "cameras.txt"})
-                if (has(std::filesystem::path(place) / file)) return path;
+                if (has(splat::os::path_of(place) / file)) return path;
     for (const char* const file : {"transforms.json", "transforms_train.json"})
-        if (has(file)) return (folder / file).string();
+        if (has(file)) return splat::os::text_of(folder / file);
     return path;
 }
 

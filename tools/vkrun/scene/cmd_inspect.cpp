@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
@@ -209,8 +210,9 @@ void print_cameras(const CameraFile& file, bool size_known) {
 int run_inspect(const InspectOptions& options) {
     const std::string& path = options.path;
     std::error_code none;
-    const bool cameras = !is_unpacked_sog(path) &&
-                         (std::filesystem::is_directory(path, none) || path.ends_with(".json"));
+    const bool cameras =
+        !is_unpacked_sog(path) &&
+        (std::filesystem::is_directory(splat::os::path_of(path), none) || path.ends_with(".json"));
     Json document;
     if (cameras) {
         const ImageSize size = image_size(options.size);

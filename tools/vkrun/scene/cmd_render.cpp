@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/files.h"
@@ -108,7 +109,7 @@ std::vector<View> file_views(const RenderOptions& options) {
     bool distinct = true;
     std::vector<std::string> names;
     for (const std::string& image : file.names) {
-        names.push_back(std::filesystem::path(image).stem().string());
+        names.push_back(splat::os::text_of(splat::os::path_of(image).stem()));
         for (const OutputKind& kind : kinds_of(options))
             distinct = seen.insert(PathName(names.back()).text() + kind.suffix).second &&
                        !names.back().empty() && distinct;
@@ -231,7 +232,7 @@ void to_picture(const OutputKind& kind, std::vector<float>& values) {
 std::string path_of(const RenderOptions& options, const PathName& name, const OutputKind& kind) {
     if (!options.file.empty()) return options.file;
     const std::string file = name.text() + kind.suffix + "." + options.format;
-    return (std::filesystem::path(options.out) / file).string();
+    return splat::os::text_of(splat::os::path_of(options.out) / splat::os::path_of(file));
 }
 
 Json render_view(const RenderOptions& options, Renderer& renderer, const View& view,
@@ -272,7 +273,7 @@ std::string cameras_path(const RenderOptions& options) {
     const bool pictures =
         options.format == "png" && kinds_of(options).front().output == SPLAT_OUTPUT_RGB;
     if (!options.cameras.empty() || !options.file.empty() || !pictures) return {};
-    return (std::filesystem::path(options.out) / "transforms.json").string();
+    return splat::os::text_of(splat::os::path_of(options.out) / "transforms.json");
 }
 
 void save_cameras(const RenderOptions& options, const std::vector<View>& views) {
@@ -283,7 +284,7 @@ void save_cameras(const RenderOptions& options, const std::vector<View>& views) 
     for (const View& view : views) {
         cameras.push_back(view.camera);
         files.push_back(
-            std::filesystem::path(path_of(options, view.name, kind)).filename().string());
+            splat::os::text_of(splat::os::path_of(path_of(options, view.name, kind)).filename()));
     }
     for (const std::string& file : files) names.push_back(file.c_str());
     check(splat_camera_save(cameras_path(options).c_str(), cameras.data(), names.data(),
@@ -295,7 +296,8 @@ void check_targets(const RenderOptions& options, const std::vector<View>& views)
     const std::string keys = options.path.empty() ? "" : cameras_in(options.path);
     const auto check = [&](const std::string& path) {
         check_target(path, options.overwrite, {options.scene, options.cameras, keys});
-        const auto place = std::filesystem::weakly_canonical(std::filesystem::absolute(path));
+        const auto place =
+            std::filesystem::weakly_canonical(std::filesystem::absolute(splat::os::path_of(path)));
         if (!targets.insert(place).second)
             throw Failure(kUsageError, "'" + path +
                                            "' would be written twice: name another file with "
@@ -317,9 +319,9 @@ void check_targets(const RenderOptions& options, const std::vector<View>& views)
 void write_render_page(const RenderOptions& options, const SceneFile& file,
                        const std::vector<View>& views) {
     constexpr std::size_t kMostShown = 36;
-    HtmlPage page("Views of " + std::filesystem::path(options.scene).filename().string());
+    HtmlPage page("Views of " + splat::os::text_of(splat::os::path_of(options.scene).filename()));
     ViewerOptions viewer;
-    viewer.name = std::filesystem::path(options.scene).filename().string();
+    viewer.name = splat::os::text_of(splat::os::path_of(options.scene).filename());
     viewer.file = plain_ply_name(options.scene);
     for (const View& view : views) viewer.cameras.push_back(view.camera);
     viewer.instead = "The pictures show it.";

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <fstream>
 
+#include "core/os/memory.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/text.h"
@@ -82,14 +82,8 @@ std::string lower_case(std::string text) {
 
 /// Bytes that the system gives without swapping; infinite where it does not say.
 double available_bytes() {
-    std::ifstream file("/proc/meminfo");
-    std::string name;
-    double kib = 0;
-    while (file >> name >> kib) {
-        if (name == "MemAvailable:") return 1024 * kib;
-        file.ignore(256, '\n');
-    }
-    return HUGE_VAL;
+    const std::uint64_t bytes = splat::os::machine_bytes_left();
+    return bytes == 0 ? HUGE_VAL : static_cast<double>(bytes);
 }
 
 /// Bytes of a binding of the named device, if that is a CPU; else 0.

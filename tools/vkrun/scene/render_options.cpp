@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "raster_constants.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/failure.h"
@@ -110,14 +111,14 @@ void check_render_options(const RenderOptions& options) {
     if (options.animate &&
         std::find(options.outputs.begin(), options.outputs.end(), "rgb") == options.outputs.end())
         throw Failure(kUsageError, "--animate needs rgb among the --outputs");
-    const std::string kind = std::filesystem::path(options.animation).extension().string();
+    const std::string kind = splat::os::text_of(splat::os::path_of(options.animation).extension());
     if (!options.animation.empty() && kind != ".png" && kind != ".gif" && kind != ".webp")
         throw Failure(kUsageError, "--animate is '" + options.animation +
                                        "', expected a file of the extension .png, .gif or .webp");
 }
 
 void place_images(RenderOptions& options, std::size_t images) {
-    const std::filesystem::path out(options.out);
+    const std::filesystem::path out = splat::os::path_of(options.out);
     const std::string extension = extension_of(out);
     std::error_code none;
     const bool folder = std::filesystem::is_directory(out, none);
@@ -137,10 +138,10 @@ void place_images(RenderOptions& options, std::size_t images) {
                           format("--out is the file '%s', but there are %zu images: name a folder",
                                  options.out.c_str(), images));
         options.file = options.out;
-        options.out = out.parent_path().string();
+        options.out = splat::os::text_of(out.parent_path());
     }
     if (options.animation.empty())
-        options.animation = (std::filesystem::path(options.out) / "animation.png").string();
+        options.animation = splat::os::text_of(splat::os::path_of(options.out) / "animation.png");
 }
 
 void add_render_options(CLI::App& command, RenderOptions& options) {

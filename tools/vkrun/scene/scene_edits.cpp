@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/os/path.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
@@ -156,7 +157,7 @@ bool sh_degree(SceneFile& file, const SceneEdit& edit, const EditOptions& /*opti
 
 void check_file(const SceneEdit& edit) {
     std::error_code none;
-    if (!std::filesystem::exists(edit.text, none))
+    if (!std::filesystem::exists(splat::os::path_of(edit.text), none))
         throw Failure(kBadData, text_of(edit) + ": there is no such file");
 }
 

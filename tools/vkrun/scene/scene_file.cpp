@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "core/os/path.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/table.h"
@@ -51,7 +52,7 @@ std::string scene_extensions(bool written) {
 }
 
 const Json* named_format(const std::string& path, bool written) {
-    std::string name = std::filesystem::path(path).filename().string();
+    std::string name = splat::os::text_of(splat::os::path_of(path).filename());
     for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     const Json* found = nullptr;
     std::size_t length = 0;
@@ -66,9 +67,9 @@ const Json* named_format(const std::string& path, bool written) {
 
 bool is_unpacked_sog(const std::string& path) {
     std::error_code none;
-    return std::filesystem::path(path).filename() == "meta.json" ||
-           (std::filesystem::is_directory(path, none) &&
-            std::filesystem::exists(std::filesystem::path(path) / "meta.json", none));
+    return splat::os::path_of(path).filename() == "meta.json" ||
+           (std::filesystem::is_directory(splat::os::path_of(path), none) &&
+            std::filesystem::exists(splat::os::path_of(path) / "meta.json", none));
 }
 
 std::uint64_t scene_bytes(const std::string& path) {
@@ -77,18 +78,19 @@ std::uint64_t scene_bytes(const std::string& path) {
     const auto bytes_of = [&none](const fs::path& file) -> std::uint64_t {
         return fs::is_regular_file(file, none) ? fs::file_size(file, none) : 0;
     };
-    if (!is_unpacked_sog(path)) return bytes_of(path);
-    const fs::path folder =
-        fs::is_directory(path, none) ? fs::path(path) : fs::absolute(path, none).parent_path();
+    if (!is_unpacked_sog(path)) return bytes_of(splat::os::path_of(path));
+    const fs::path folder = fs::is_directory(splat::os::path_of(path), none)
+                                ? splat::os::path_of(path)
+                                : fs::absolute(splat::os::path_of(path), none).parent_path();
     std::uint64_t bytes = 0;
     for (const auto& entry : fs::directory_iterator(folder, none)) bytes += bytes_of(entry.path());
     return bytes;
 }
 
 std::string plain_ply_name(const std::string& path) {
-    const std::string name = std::filesystem::path(path).filename().string();
+    const std::string name = splat::os::text_of(splat::os::path_of(path).filename());
     const Json* const format = named_format(path);
-    if (format == nullptr) return std::filesystem::path(path).stem().string() + ".ply";
+    if (format == nullptr) return splat::os::text_of(splat::os::path_of(path).stem()) + ".ply";
     return name.substr(0, name.size() - format->at("extension").get<std::string>().size()) + ".ply";
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/os/path.h"
 #include "stress/stress.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/device.h"
@@ -63,8 +64,9 @@ constexpr std::pair<const char*, void (*)(stress::Run&)> kGroups[] = {
 
 /// "stress_time.svg" for "stress.svg".
 std::string beside(const std::string& svg) {
-    const std::filesystem::path path(svg);
-    return (path.parent_path() / (path.stem().string() + "_time.svg")).string();
+    const std::filesystem::path path = splat::os::path_of(svg);
+    return splat::os::text_of(path.parent_path() /
+                              splat::os::path_of(splat::os::text_of(path.stem()) + "_time.svg"));
 }
 
 /// "ops/silu/usual", as the table and messages have it, is the case silu/usual of the group ops.

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
@@ -36,7 +37,7 @@ struct ReportOptions {
 /// A file that is there and no page is not replaced.
 void check_page(const std::string& path) {
     std::error_code none;
-    if (path.empty() || !std::filesystem::exists(path, none)) return;
+    if (path.empty() || !std::filesystem::exists(splat::os::path_of(path), none)) return;
     std::string first(15, '\0');
     std::ifstream file = open_to_read(path);
     file.read(first.data(), static_cast<std::streamsize>(first.size()));

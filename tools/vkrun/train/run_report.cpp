@@ -1,14 +1,12 @@
 #include "vkrun/train/run_report.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 
+#include "core/os/file.h"
+#include "core/os/path.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/html_page.h"
@@ -19,6 +17,8 @@
 
 namespace vkrun {
 namespace {
+
+namespace os = splat::os;
 
 struct ShownRun {
     std::string folder;
@@ -63,16 +63,16 @@ void add_progress(ShownRun& run) {
 
 /// A process trains in the folder. Source: RunFolder::lock().
 bool is_locked(const std::string& folder) {
-    const int file = open((folder + "/lock").c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0) return false;
-    const bool free = flock(file, LOCK_SH | LOCK_NB) == 0;
-    close(file);
+    const os::Handle file = os::open(folder + "/lock", os::Open::kRead);
+    if (file == os::kNoHandle) return false;
+    const bool free = os::lock(file, os::Lock::kShared, false) == 0;
+    os::close(file);
     return !free;
 }
 
 ShownRun read_run(const std::string& folder) {
-    std::ifstream file = open_to_read(std::filesystem::path(folder) / "run.json");
-    ShownRun run{folder, Json::parse(file, nullptr, false), read_metrics(folder)};
+    std::ifstream file = open_to_read(os::path_of(folder) / "run.json");
+    ShownRun run{folder, Json::parse(file, nullptr, false), read_metrics(os::path_of(folder))};
     if (!file.is_open())
         throw Failure(kBadData,
                       "'" + folder + "' holds no run: it has no run.json that can be read");
@@ -98,8 +98,9 @@ std::string latest_render(const ShownRun& run) {
     std::string latest;
     std::error_code none;
     for (const auto& entry :
-         std::filesystem::directory_iterator(std::filesystem::path(run.folder) / "renders", none))
-        if (entry.path().extension() == ".png") latest = std::max(latest, entry.path().string());
+         std::filesystem::directory_iterator(os::path_of(run.folder) / "renders", none))
+        if (entry.path().extension() == ".png")
+            latest = std::max(latest, os::text_of(entry.path()));
     return latest;
 }
 
@@ -110,7 +111,7 @@ void add_fit(HtmlPage& page, const ShownRun& run, Rows& rows) {
     const auto number = [&](const char* key) { return number_of(run.facts, key); };
     rows.emplace_back("photographs", format("%.0f fitted, %.0f held out", number("photographs"),
                                             number("held_out")));
-    std::ifstream file = open_to_read(std::filesystem::path(run.folder) / "config.json");
+    std::ifstream file = open_to_read(os::path_of(run.folder) / "config.json");
     const Json config = Json::parse(file, nullptr, false);
     if (!config.is_object()) return;
     std::string settings;
@@ -192,9 +193,9 @@ Comparison compare_files(const std::string& a, const std::string& b) {
 void add_evaluations(HtmlPage& page, const std::vector<ShownRun>& runs) {
     std::vector<std::string> files, names;
     for (const ShownRun& run : runs) {
-        const auto path = std::filesystem::path(run.folder) / "eval" / "per_object.csv";
+        const auto path = os::path_of(run.folder) / "eval" / "per_object.csv";
         if (!std::filesystem::exists(path)) continue;
-        files.push_back(path.string());
+        files.push_back(os::text_of(path));
         names.push_back(run.folder);
     }
     if (files.empty()) return;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
@@ -56,8 +57,8 @@ void save_run_scene(const std::string& folder, const std::string& device) {
 
 void add_run_scene(HtmlPage& page, const std::string& folder) {
     std::error_code none;
-    if (!std::filesystem::exists(scene_path(folder), none) ||
-        !std::filesystem::exists(cameras_path(folder), none))
+    if (!std::filesystem::exists(splat::os::path_of(scene_path(folder)), none) ||
+        !std::filesystem::exists(splat::os::path_of(cameras_path(folder)), none))
         return;
     const SceneFile file = load_scene(scene_path(folder));
     if (file.info.count == 0) return;  // the network predicted nothing that can be seen

@@ -1,36 +1,30 @@
 #include "vkrun/train/run_signals.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
-#include <csignal>
 #include <cstdio>
-#include <cstring>
+
+#include "core/os/console.h"
 
 namespace vkrun {
 namespace {
 
-volatile std::sig_atomic_t g_interrupted = 0;
+std::atomic<int> g_interrupted = 0;
 
 /// What the first signal prints at once, as a step may take minutes.
 std::atomic<const char*> g_farewell = "ending before the first step, saving\n";
-static_assert(std::atomic<const char*>::is_always_lock_free);
+static_assert(std::atomic<int>::is_always_lock_free &&
+              std::atomic<const char*>::is_always_lock_free);
 
-void on_signal(int signal) {
-    const char* const text = g_farewell;
-    if (g_interrupted == 0 && write(STDERR_FILENO, text, std::strlen(text)) < 0) {
-        // nobody reads it
-    }
-    if (g_interrupted >= 2) {  // the third ends at once
-        std::signal(signal, SIG_DFL);
-        std::raise(signal);
-    }
-    g_interrupted = g_interrupted + 1;
+/// The third one ends at once.
+bool on_interrupt() {
+    const int before = g_interrupted.fetch_add(1);
+    if (before == 0) splat::os::write_error(g_farewell);
+    return before < 2;
 }
 
 /// Nobody reads what the training prints any more: it saves and ends, like 'head' had asked for no more.
-void on_closed_pipe(int) {
+void on_closed_pipe() {
     g_interrupted = 1;
 }
 
@@ -45,14 +39,11 @@ void prepare_farewell(const splat_run_event& done) {
     else
         std::snprintf(text, sizeof text, "\nfinishing step %llu, saving\n",
                       static_cast<unsigned long long>(std::min(done.step + 1, done.iterations)));
-    g_farewell = isatty(STDERR_FILENO) != 0 ? text : text + 1;  // behind a bar
+    g_farewell = splat::os::errors_on_terminal() ? text : text + 1;  // behind a bar
 }
 
 void catch_run_signals() {
-    std::signal(SIGINT, on_signal);
-    std::signal(SIGTERM, on_signal);
-    std::signal(SIGPIPE, on_closed_pipe);
-    if (std::signal(SIGHUP, on_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // under nohup
+    splat::os::catch_interrupts(on_interrupt, on_closed_pipe);
 }
 
 bool run_interrupted() {

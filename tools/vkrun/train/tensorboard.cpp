@@ -1,12 +1,11 @@
 #include "vkrun/train/tensorboard.h"
 
-#include <unistd.h>
-
 #include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
 
+#include "core/os/process.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
 
@@ -70,8 +69,8 @@ TensorBoard::TensorBoard(const std::string& folder) {
     const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(
                              std::chrono::system_clock::now().time_since_epoch())
                              .count();
-    path_ =
-        folder + "/events.out.tfevents." + std::to_string(seconds) + "." + std::to_string(getpid());
+    path_ = folder + "/events.out.tfevents." + std::to_string(seconds) + "." +
+            std::to_string(splat::os::process_id());
     record(event_head(0) + counted(3, "brain.Event:2"));
 }
 

@@ -1,13 +1,13 @@
 #include "vkrun/train/training_view.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <utility>
 
+#include "core/os/console.h"
+#include "core/os/path.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
@@ -38,7 +38,7 @@ TrainingView::TrainingView(std::string folder, std::string device)
     : folder_(std::move(folder)),
       device_(std::move(device)),
       board_(folder_ + "/tb"),
-      bar_(isatty(STDERR_FILENO) != 0) {}
+      bar_(splat::os::errors_on_terminal()) {}
 
 void TrainingView::show(const splat_run_event& event) {
     if (event.kind == SPLAT_EVENT_STEP && event.updated != 0) show_step(event);
@@ -94,7 +94,8 @@ void TrainingView::show_files() const {
         {"best weights", "weights_best.safetensors"},
         {"last weights", "weights_last.safetensors"}};
     for (const auto& [what, name] : files)
-        if (const std::string path = folder_ + "/" + name; std::filesystem::exists(path))
+        if (const std::string path = folder_ + "/" + name;
+            std::filesystem::exists(splat::os::path_of(path)))
             std::fprintf(stderr, "%s: %s\n", what, path.c_str());
 }
 
@@ -172,7 +173,7 @@ void TrainingView::save_sheet(std::uint64_t step) {
 }
 
 void TrainingView::save_scene() {
-    if (!std::filesystem::exists(folder_ + "/weights_best.safetensors"))
+    if (!std::filesystem::exists(splat::os::path_of(folder_ + "/weights_best.safetensors")))
         return;  // nothing is trained
     try {
         save_run_scene(folder_, device_);

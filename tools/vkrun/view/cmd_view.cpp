@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/files.h"
@@ -122,9 +123,9 @@ int run_view(const ViewOptions& options) {
     check_background(options.background);
     check_target(out, options.overwrite, {options.scene, options.cameras});
     const SceneFile scene = load_scene(options.scene);
-    const std::filesystem::path path(options.scene);
+    const std::filesystem::path path = splat::os::path_of(options.scene);
     ViewerOptions viewer;
-    viewer.name = path.filename().string();
+    viewer.name = splat::os::text_of(path.filename());
     viewer.file = plain_ply_name(options.scene);
     viewer.drawn_as = drawn_bits(options.drawn_as, scene.info.drawn_as);
     ScenePayload payload = pack_scene(scene.scene.get(), options.most);

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "core/os/path.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/weights/published.h"
@@ -10,6 +11,7 @@ namespace vkrun {
 namespace {
 
 namespace fs = std::filesystem;
+namespace os = splat::os;
 
 std::string built_in(const std::string& name) {
     return library_text(
@@ -22,7 +24,7 @@ std::string built_in(const std::string& name) {
 /// Throws a Failure if the name is that of published weights or of their file.
 void refuse_unfetched(const std::string& given) {
     for (const PublishedWeights& one : published_weights())
-        if (given == one.name || fs::path(given).filename() == one.file)
+        if (given == one.name || os::path_of(given).filename() == one.file)
             throw Failure(kBadData, "there is no file '" + given + "'; 'vkrun weights get " +
                                         one.name + "' fetches '" + one.file + "'");
 }
@@ -30,7 +32,7 @@ void refuse_unfetched(const std::string& given) {
 }  // namespace
 
 std::string weights_named(const std::string& given) {
-    const fs::path path(given);
+    const fs::path path = os::path_of(given);
     const bool name = !path.has_parent_path() && !path.has_extension();
     if (given.empty() || fs::exists(path)) return given;
     refuse_unfetched(given);
@@ -48,9 +50,9 @@ bool is_built_in(const std::string& file) {
 }
 
 std::string weights_title(const std::string& file) {
-    const fs::path path(file);
-    return is_built_in(file) ? path.parent_path().filename().string() + ", built in"
-                             : path.filename().string();
+    const fs::path path = os::path_of(file);
+    return is_built_in(file) ? os::text_of(path.parent_path().filename()) + ", built in"
+                             : os::text_of(path.filename());
 }
 
 }  // namespace vkrun

@@ -33,11 +33,24 @@ def _load_needed() -> List[ctypes.CDLL]:
     return [ctypes.CDLL(str(FOLDER / name)) for name in names]
 
 
+def _whole(name: str, folders: List[str]) -> str:
+    """The path of a file in one of `folders`, of which "" is the current one; the name if it is in none.
+
+    For Windows, whose loader Python lets seek in none of them, and which finds what a library needs
+    beside a whole path only.
+    """
+    places = [Path(folder) for folder in folders]
+    return next((str((place / name).absolute()) for place in places if (place / name).is_file()), name)
+
+
 def _open() -> Tuple[ctypes.CDLL, str]:
     """The library, and where it was found."""
     named = os.environ.get("SPLAT_LIBRARY")
     own = FOLDER / _name()
     path = named or (str(own) if own.is_file() else _name())
+    if sys.platform == "win32":
+        listed = [folder for folder in os.environ.get("PATH", "").split(os.pathsep) if folder]
+        path = _whole(path, [""] if named else listed)
     try:
         if not named and own.is_file():
             _load_needed()
