@@ -29,8 +29,10 @@ install(TARGETS splat EXPORT SplatTargets
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/weights
         DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat
         COMPONENT Splat_Runtime PATTERN "*.difference" EXCLUDE)
-install(FILES ${PROJECT_BINARY_DIR}/tools/weights/cars64-depth-normal/weights.safetensors
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights/cars64-depth-normal COMPONENT Splat_Runtime)
+if(TARGET splat_weights)
+  install(FILES ${SPLAT_WEIGHTS}/cars64-depth-normal/weights.safetensors
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights/cars64-depth-normal COMPONENT Splat_Runtime)
+endif()
 
 # The presets, for reading; the library has them inside.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/prior_models/presets
@@ -56,8 +58,16 @@ if(TARGET vkrun)
   file(RELATIVE_PATH SPLAT_LIB_FROM_BIN /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
   set_target_properties(vkrun vkrun-bench PROPERTIES INSTALL_RPATH "\$ORIGIN/${SPLAT_LIB_FROM_BIN}")
   install(TARGETS vkrun vkrun-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT Splat_Tools)
-  install(FILES ${PROJECT_BINARY_DIR}/tools/vkrun/vkrun.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1
-          COMPONENT Splat_Tools OPTIONAL)
+  if(TARGET vkrun_pages)
+    set(pages ${PROJECT_BINARY_DIR}/tools/vkrun)
+    install(DIRECTORY ${pages}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT Splat_Tools)
+    foreach(pair IN ITEMS "vkrun.bash;bash-completion/completions;vkrun" "_vkrun;zsh/site-functions;_vkrun"
+                          "vkrun.fish;fish/vendor_completions.d;vkrun.fish")
+      list(POP_FRONT pair file folder name)
+      install(FILES ${pages}/completion/${file} DESTINATION ${CMAKE_INSTALL_DATADIR}/${folder} RENAME ${name}
+              COMPONENT Splat_Tools)
+    endforeach()
+  endif()
 endif()
 
 # The loader searches the system's folders by itself; programs and library there need no path of their own. The linker's

@@ -92,7 +92,7 @@ macro(splat_shader_module source name)
   endif()
   add_custom_command(
     OUTPUT ${spv}
-    COMMAND ${GLSLANG_VALIDATOR} --quiet -V --target-env vulkan1.2
+    COMMAND ${SPLAT_GLSLANG_VALIDATOR} --quiet -V --target-env vulkan1.2
             -I${PROJECT_SOURCE_DIR}/shaders/include ${ARGN} ${permuted} --depfile ${spv}.d
             -o ${spv} ${CMAKE_CURRENT_SOURCE_DIR}/${source}.comp
     ${rounded}

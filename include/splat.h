@@ -14,6 +14,7 @@
  *   splat/co3d.h    the raw release of CO3D to a data set
  *   splat/evaluate.h scores of networks on data sets, and their comparison
  *   splat/external.h tensors in memory that other APIs and processes open
+ *   splat/vulkan.h  the Vulkan device of an application, scenes drawn into its images
  */
 #ifndef SPLAT_H
 #define SPLAT_H
@@ -31,5 +32,6 @@
 #include "splat/run.h"
 #include "splat/scene.h"
 #include "splat/train.h"
+#include "splat/vulkan.h"
 
 #endif /* SPLAT_H */

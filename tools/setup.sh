@@ -23,9 +23,9 @@ packages_build="build-essential cmake ninja-build pkg-config
 packages_test="libgtest-dev liblzma-dev spirv-tools spirv-cross vulkan-validationlayers clang python3 locales curl
     openssl"
 
-# Needed by the tests against PyTorch, splat-transform and GNU parallel and in a browser, which are not among the quick
-# ones. A node that does not come from Debian has its own npm, which conflicts with Debian's.
-packages_interop="python3-torch libopenblas0-pthread parallel chromium"
+# Needed by the tests against PyTorch, splat-transform and GNU parallel, in a browser and in shells, which are not among
+# the quick ones. A node that does not come from Debian has its own npm, which conflicts with Debian's.
+packages_interop="python3-torch libopenblas0-pthread parallel chromium zsh fish"
 command -v npm >/dev/null 2>&1 || packages_interop="$packages_interop nodejs npm"
 
 # Needed by the tests of bindings/: Python (also with PyTorch, see above), Rust, C#, and the comparison of ABIs.
@@ -37,9 +37,10 @@ packages_bindings="python3-numpy mypy python3-mypy python3-build python3-wheel p
 packages_aarch64="g++-aarch64-linux-gnu qemu-user-static"
 
 # Needed by tools/test --windows: a compiler for Windows, what unpacks source packages, the sources of GoogleTest, Wine
-# with a display for it; and for the programs in Rust and C# compilers, with pip, which fetches a .NET.
+# with a display for it; and for the programs in Rust and C# compilers, with pip, which fetches a .NET, and Maven, which
+# fetches a Python.
 packages_windows="g++-mingw-w64-x86-64-posix mingw-w64-tools dpkg-dev googletest wine wine64 xvfb
-    rustc cargo libstd-rust-dev-windows mono-mcs python3-pip"
+    rustc cargo libstd-rust-dev-windows mono-mcs python3-pip maven"
 
 install=yes
 missing=""
@@ -79,6 +80,15 @@ missing_packages() {
         *) printf '%s ' "$package" ;;
         esac
     done | sed 's/ $//'
+}
+
+# The archives that the system's packages come from, as lines of a sources.list for deb or deb-src, its argument. apt
+# replaces what stands in $(...).
+archives() {
+    # shellcheck disable=SC2016
+    apt-get indextargets 'Created-By: Packages' 'Origin: Debian' \
+        --format "$1 [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg]"' $(REPO_URI) $(RELEASE) $(COMPONENT)' |
+        awk '!seen[$0]++' | grep . || fail "apt lists no archive of Debian; run apt-get update"
 }
 
 ensure_packages() {

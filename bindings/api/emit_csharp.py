@@ -150,7 +150,8 @@ class _Writer:
         name = _identifier(parameter["name"])
         if kind["base"] in self._handles and kind["pointers"] == 0 and not destroy:
             return f"{self.handle_name(kind['base'])} {name}"
-        return f"{self._type(kind, parameter.get('enum'))} {name}"
+        absent = "?" if parameter.get("nullable") and kind["base"].removeprefix("callback ") in self._callbacks else ""
+        return f"{self._type(kind, parameter.get('enum'))}{absent} {name}"
 
     # ---- Texts ----
 
@@ -175,10 +176,12 @@ class _Writer:
             "using System;\nusing System.Runtime.InteropServices;\n\n"
             "namespace Splat.Interop\n{\n"
             "    /// <summary>The functions of libsplat, as its headers declare them.</summary>\n"
-            "    public static unsafe class Native\n    {\n"
+            "    public static unsafe partial class Native\n    {\n"
             "        // On Windows libsplat.dll: \"splat\" would be this assembly there, Splat.dll.\n"
             "        private const string Lib = \"libsplat\";\n"
-            "        private const CallingConvention C = CallingConvention.Cdecl;\n\n"
+            "#if !NET8_0_OR_GREATER\n"
+            "        private const CallingConvention C = CallingConvention.Cdecl;\n"
+            "#endif\n\n"
             "        /// <summary>Version of the headers of these declarations.</summary>\n"
             f"        public const string HeaderVersion = \"{major}.{minor}.{patch}\";\n"
         )
@@ -199,9 +202,12 @@ class _Writer:
         destroy = function["name"].endswith("_destroy")
         parameters = ", ".join(self._parameter(p, destroy) for p in function["parameters"])
         result = self._type(function["returns"], function["returns_enum"])
-        return "\n" + _summary(function["doc"], "        ") + _wrapped(
-            f"[DllImport(Lib, CallingConvention = C)] public static extern {result} {function['name']}({parameters});",
-            "        ", " " * 12)
+        # Stubs that the compiler writes (LibraryImport) need no code at run time, so Native AOT takes them. The one
+        # calling convention of 64 bits needs no word there.
+        return "\n" + _summary(function["doc"], "        ") + (
+            "#if NET8_0_OR_GREATER\n        [LibraryImport(Lib)] public static partial\n"
+            "#else\n        [DllImport(Lib, CallingConvention = C)] public static extern\n#endif\n") + _wrapped(
+            f"{result} {function['name']}({parameters});", "        ", " " * 12)
 
     def _callback(self, callback: Json) -> str:
         parameters = ", ".join(self._parameter(p) for p in callback["parameters"])
@@ -217,6 +223,7 @@ class _Writer:
                 f"    public unsafe struct {struct['name']}\n    {{\n")
         for field in struct["fields"]:
             kind = self._type(field["type"], field.get("enum"))
+            kind = "IntPtr" if kind in self._callbacks else kind  # a delegate would make the struct managed
             array = f"[{field['count']}]" if field.get("count") else ""
             fixed = "fixed " if array else ""
             text += _summary(field["doc"], "        ", f"public {fixed}{kind} {_identifier(field['name'])}{array};")

@@ -350,5 +350,5 @@ def emit_records(types: Types, told: Told) -> str:
 def emit(api: Dict[str, Any]) -> Dict[str, str]:
     """The files of the Python package, by their path in `bindings`."""
     types = Types(api)
-    return {"python/src/splat/_native.py": emit_native(types, api),
-            "python/src/splat/_records.py": emit_records(types, told_of(api))}
+    return {"python/src/libsplat/_native.py": emit_native(types, api),
+            "python/src/libsplat/_records.py": emit_records(types, told_of(api))}

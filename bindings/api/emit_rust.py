@@ -162,7 +162,10 @@ def _sys_handles(api: Api) -> str:
 
 def _sys_struct(api: Api, struct: dict[str, Any]) -> str:
     text = "\n" + _doc(struct["doc"])
-    text += f"#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]\npub struct {struct['name']} {{\n"
+    callbacks = {callback["name"] for callback in api["callbacks"]}
+    # One function may have several addresses, so that functions are not compared.
+    equal = "" if any(_field_type(api, field) in callbacks for field in struct["fields"]) else ", PartialEq"
+    text += f"#[repr(C)] #[derive(Clone, Copy, Debug{equal})]\npub struct {struct['name']} {{\n"
     for field in struct["fields"]:
         text += _beside(field["doc"], f"pub {_name(field['name'])}: {_field_type(api, field)},", "    ")
     return text + "}\n"

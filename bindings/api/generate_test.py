@@ -87,6 +87,12 @@ extern splat_image picture, mask, predicted, truth;
 extern const char *config, *text;
 extern float pixels[512 * 512 * 3];
 extern uint8_t bytes[512 * 512 * 4];
+extern void *instance, *physical, *features;
+extern void vkGetInstanceProcAddr(void);
+extern splat_vulkan_desc vulkan;
+extern splat_rasterizer_desc raster;
+extern splat_vulkan_target target;
+extern splat_vulkan_frame frame;
 """
 
 # The lines of an example: indented, behind an empty line of a comment.
@@ -152,7 +158,8 @@ def c_type(item: Dict[str, Any]) -> str:
     """The type of a parameter or field as C spells it; an enum is its integer."""
     type_ = item["type"]
     stars = "*" * type_["pointers"]
-    if stars == "**" and type_["const"] and item["direction"] == "in":
+    librarys = "offset" in item and item["ownership"]  # an array that a struct's field names
+    if stars == "**" and type_["const"] and (item["direction"] == "in" or librarys):
         stars = "* const*"
     base = str(type_["base"]).replace("callback ", "")
     return ("const " if type_["const"] else "") + base + stars
@@ -187,7 +194,7 @@ class CheckedIn(unittest.TestCase):
 
     def test_records_and_enumerations_are_told_in_the_words_of_each_language(self) -> None:
         texts = {name: (HERE.parent / name).read_text(encoding="utf-8") for name in (
-            "python/src/splat/_native.py", "python/src/splat/_records.py", "csharp/src/Infos.cs",
+            "python/src/libsplat/_native.py", "python/src/libsplat/_records.py", "csharp/src/Infos.cs",
             "csharp/src/Enums.cs", "rust/splat/src/values.rs")}
         for name, text in texts.items():
             with self.subTest(name):

@@ -236,7 +236,7 @@ def callback(source: Source, offset: int, name: str, doc: str) -> Dict[str, Any]
     if match is None:
         raise ApiError(f"{source.path.name}: {name} is not written as typedef R (*{name})(...)")
     parameters = []
-    for text in " ".join(match.group(2).split()).split(","):
+    for text in " ".join(match.group(2).split()).split(",") if match.group(2) != "void" else []:
         parameter = text.split()[-1].lstrip("*")
         spelling = text.strip()[: -len(parameter)].strip()
         parameters.append({"name": parameter, "type": parse_type(spelling)})

@@ -7,7 +7,7 @@ from typing import Callable, List
 
 import numpy as np
 
-import splat
+import libsplat as splat
 
 ROUNDS, CALLS, SIDE, WIDTH, HEIGHT = 40, 10000, 1024, 144, 240
 

@@ -62,8 +62,9 @@ def build(library: Path, folder: Path) -> Dict[str, List[str]]:
     if shutil.which("mcs") is None or shutil.which("mono") is None:
         print("C# is left out: install mono-mcs and mono-runtime", file=sys.stderr)
     else:
-        sources = [str(path) for path in sorted((BINDINGS / "csharp" / "src").glob("*.cs"))]
-        subprocess.run(["mcs", "-langversion:latest", "-unsafe", "-optimize+",
+        subprocess.run(["sh", BINDINGS / "csharp" / "for_mcs.sh", folder / "csharp"], check=True)
+        sources = [str(path) for path in sorted((folder / "csharp").glob("*.cs"))]
+        subprocess.run(["mcs", "-langversion:latest", "-unsafe", "-optimize+", "-r:System.Numerics.dll",
                         f"-out:{folder / 'Bench.exe'}", str(HERE / "Bench.cs"), *sources],
                        check=True)
         commands["C#"] = ["mono", str(folder / "Bench.exe")]

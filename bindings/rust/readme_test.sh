@@ -42,7 +42,7 @@ version = "0.1.0"
 edition = "2021"
 
 [dependencies]
-splat = { path = "$temp/crates/splat" }
+libsplat = { path = "$temp/crates/splat" }
 END
 # shellcheck disable=SC2016  # the backquotes are those of Markdown
 sed -n '/^```rust$/,/^```$/{/^```/d;p;}' "$source_dir/bindings/rust/README.md" >src/main.rs

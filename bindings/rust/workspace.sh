@@ -5,7 +5,7 @@
 #   workspace.sh <folder> [features]
 set -eu
 rust=$(cd "$(dirname "$0")" && pwd)
-if [ "${2:-}" = features ]; then leave=; else leave='/optional = true/d; /^\[dev-dependencies\]/,$d'; fi
+if [ "${2:-}" = features ]; then leave=; else leave='/optional = true/d; /^\[dev-dependencies\]/,/^$/d'; fi
 
 # put <file>: its new text, in one move, and only if it differs: tests run beside each other.
 put() {
@@ -21,10 +21,9 @@ for crate in splat-sys splat programs; do
         *) ln -sfn "$file" "$1/$crate/" ;;
         esac
     done
-    {
+    { # the last section is that of the features
         sed "s|\"\.\./\.\./|\"$rust/../|; $leave" "$rust/$crate/Cargo.toml"
-        if [ "$leave" ]; then sed -n '1i[features]
-            s/ = .*optional = true.*/ = []/p' "$rust/$crate/Cargo.toml"; fi
+        if [ "$leave" ]; then sed -n 's/ = .*optional = true.*/ = []/p' "$rust/$crate/Cargo.toml"; fi
     } | put "$1/$crate/Cargo.toml"
 done
 put "$1/Cargo.toml" <"$rust/Cargo.toml"

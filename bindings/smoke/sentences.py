@@ -20,7 +20,7 @@ NAMES = re.compile(r"\b(?:splat_[a-z]|SPLAT_[A-Z])\w*|\bNULL\b|(?<!::)\b_?[A-Z]+
 # Every binding writes these itself, and passes each pointer of a call.
 ITS_OWN = re.compile(r"\b(struct_size|reserved|next) is |^[\w.\[\]]+ is (NULL|None|null)\b")
 # What callers see: declarations, whose names of arguments count in every spelling.
-PUBLIC = {"python": (r"(?s:\bdef .*?:\n)|^    [a-z_]\w*:", "python/src/splat/[!_]*.py"),
+PUBLIC = {"python": (r"(?s:\bdef .*?:\n)|^    [a-z_]\w*:", "python/src/libsplat/[!_]*.py"),
           "rust": (r"\bpub [^{;]*[{;,]|\w+: .* = own", "rust/splat/src/**/*.rs"),
           "csharp": (r"\bpublic [^{;=]*", "csharp/src/[!N]*.cs")}
 
@@ -56,7 +56,7 @@ def foreign(sentence: str, names: Set[str]) -> List[str]:
 
 def tell() -> None:
     """Python's words."""
-    from splat._errors import in_python
+    from libsplat._errors import in_python
     for line in Path(os.environ["SPLAT_SENTENCES"]).read_text("utf-8").splitlines():
         print(">", in_python(line))
 

@@ -13,8 +13,8 @@ from typing import Any, List
 
 import numpy as np
 
-import splat
-from splat import _library, _native
+import libsplat as splat
+from libsplat import _library, _native
 
 COUNT, WIDTH, HEIGHT = 1000, 144, 96
 WHITE = (1, 1, 1)

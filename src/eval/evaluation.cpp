@@ -1,6 +1,7 @@
 #include "eval/evaluation.h"
 
 #include <cerrno>
+#include <cmath>
 
 #include "core/os/file.h"
 #include "eval/json_number.h"
@@ -49,6 +50,11 @@ void write_ledgers(const Evaluation& evaluation, const Summary& summary, JsonWri
 JsonWriter& text_or_null(JsonWriter& json, const char* key, const std::string& text) {
     json.newline(2).key(key);
     return text.empty() ? json.raw("null") : json.value(text);
+}
+
+/// C libraries and processors differ in the sign of a NaN.
+std::string decimal(const char* pattern, double value) {
+    return std::isnan(value) ? "nan" : format(pattern, value);
 }
 
 }  // namespace
@@ -100,21 +106,26 @@ std::string table_text(const Evaluation& evaluation) {
     std::string csv =
         "object,psnr_novel,ssim_novel,lpips_novel,psnr_cond,ssim_cond,lpips_cond,views,"
         "perfect_views,predict_ms,draw_ms\n";
-    for (const auto& [index, o] : evaluation.objects)
-        csv +=
-            format("%s,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%u,%u,%.3f,%.3f\n", csv_field(o.name).c_str(),
-                   o.novel.psnr, o.novel.ssim, o.novel.lpips, o.conditioning.psnr,
-                   o.conditioning.ssim, o.conditioning.lpips, o.novel.views + o.conditioning.views,
-                   o.novel.perfect + o.conditioning.perfect, 1e3 * o.predict_seconds,
-                   1e3 * o.draw_seconds);
+    for (const auto& [index, o] : evaluation.objects) {
+        csv += csv_field(o.name);
+        for (const auto& scores : {o.novel, o.conditioning})
+            for (const double score : {scores.psnr, scores.ssim, scores.lpips})
+                csv += "," + decimal("%.9g", score);
+        csv += format(",%u,%u,%.3f,%.3f\n", o.novel.views + o.conditioning.views,
+                      o.novel.perfect + o.conditioning.perfect, 1e3 * o.predict_seconds,
+                      1e3 * o.draw_seconds);
+    }
     return csv;
 }
 
 std::string scores_text(const Evaluation& evaluation) {
     std::string text;
-    for (const auto& [index, o] : evaluation.objects)
-        text += format("%u_%s %.17g %.17g %.17g\n", index, scores_name(o.name).c_str(),
-                       o.novel.psnr, o.novel.ssim, o.novel.lpips);
+    for (const auto& [index, o] : evaluation.objects) {
+        text += format("%u_%s", index, scores_name(o.name).c_str());
+        for (const double score : {o.novel.psnr, o.novel.ssim, o.novel.lpips})
+            text += " " + decimal("%.17g", score);
+        text += "\n";
+    }
     return text;
 }
 

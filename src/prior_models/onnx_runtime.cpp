@@ -13,11 +13,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+#if defined(_WIN32)
+constexpr const char* kLibraryNames[] = {"onnxruntime.dll"};
+constexpr const char* kMember = "bin/napi-v6/win32/x64/onnxruntime.dll";
+#else
 constexpr const char* kLibraryNames[] = {"libonnxruntime.so.1", "libonnxruntime.so"};
 #if defined(__aarch64__)
 constexpr const char* kMember = "bin/napi-v6/linux/arm64/libonnxruntime.so.1";
 #else
 constexpr const char* kMember = "bin/napi-v6/linux/x64/libonnxruntime.so.1";
+#endif
 #endif
 
 void log_message(void*, int, const char*, const char*, const char*, const char* message) {

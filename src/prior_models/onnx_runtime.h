@@ -14,7 +14,7 @@ namespace splat::prior_models {
 class OnnxRuntime : NoCopy {
   public:
     /// The library `path`; empty: the first of $SPLAT_ONNXRUNTIME_LIBRARY, libonnxruntime.so.1 or
-    /// libonnxruntime.so beside this library, and the same names on the loader's path.
+    /// libonnxruntime.so (Windows: onnxruntime.dll) beside this library, and the same names on the loader's path.
     ///
     /// Errors  kNotFound if there is none, with the way to get it; kUnsupported for one that cannot
     ///         be loaded, is no ONNX Runtime, or is older than 1.11

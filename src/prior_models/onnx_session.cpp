@@ -82,7 +82,7 @@ Status OnnxSession::open(std::uint32_t threads) {
     // The arena keeps the peak of every shape: 2.1 GB instead of 1.3 GB for IS-Net.
     SPLAT_TRY(check(api.DisableCpuMemArena(made), "options"));
     SPLAT_TRY(check(api.SetIntraOpNumThreads(made, static_cast<int>(threads)), "threads"));
-    SPLAT_TRY(check(api.CreateSession(runtime_->env(), path_.c_str(), made, &session_),
+    SPLAT_TRY(check(api.CreateSession(runtime_->env(), os::path_of(path_).c_str(), made, &session_),
                     "ONNX Runtime refuses the model"));
     // Arguments: the device's allocator, default memory.
     return check(api.CreateCpuMemoryInfo(0, 0, &memory_), "memory");

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/os/path.h"
+
 namespace splat::prior_models {
 
 // ONNX Runtime's C interface, version 11, as far as it is used: a table of functions whose places never
@@ -22,6 +24,7 @@ struct OrtTensorTypeAndShapeInfo;
 struct OrtAllocator;
 
 using OrtSlot = void (*)();
+using OrtPathLetter = std::filesystem::path::value_type;
 
 struct OrtApiBase {
     const OrtSlot* (*GetApi)(std::uint32_t version);
@@ -46,8 +49,9 @@ inline constexpr int kOrtLogError = 3;
     SPLAT_ORT_SLOT(2, const char*, GetErrorMessage, (const OrtStatus*))                            \
     SPLAT_ORT_SLOT(4, OrtStatus*, CreateEnvWithCustomLogger,                                       \
                    (OrtLogFunction, void* user, int severity, const char* id, OrtEnv**))           \
-    SPLAT_ORT_SLOT(7, OrtStatus*, CreateSession,                                                   \
-                   (const OrtEnv*, const char* path, const OrtSessionOptions*, OrtSession**))      \
+    SPLAT_ORT_SLOT(                                                                                \
+        7, OrtStatus*, CreateSession,                                                              \
+        (const OrtEnv*, const OrtPathLetter* path, const OrtSessionOptions*, OrtSession**))        \
     SPLAT_ORT_SLOT(                                                                                \
         9, OrtStatus*, Run,                                                                        \
         (OrtSession*, const OrtRunOptions*, const char* const* input_names,                        \

@@ -135,29 +135,39 @@ Status Rasterizer::run_forward(std::uint64_t& needed, std::uint64_t& all) {
     for (std::uint32_t pass = 0; pass < forward_.size(); ++pass) {
         const double factor = pace.factor;
         SPLAT_TRY(context_.run(forward_[pass]));
-        std::array<std::uint32_t, params::kStatWords> words{};
-        const vk::Buffer& stats = space_.seen_stats.bytes() > 0 ? space_.seen_stats : space_.stats;
-        SPLAT_TRY(context_.read(stats.range(), words.data(), sizeof words));
-        sum.visible = std::max<std::uint64_t>(sum.visible, words[params::kStatVisible]);
-        sum.non_finite = std::max<std::uint64_t>(sum.non_finite, words[params::kStatNotFinite]);
-        sum.pairs += words[params::kStatPairs];
-        sum.longest = std::max<std::uint64_t>(sum.longest, words[params::kStatLongest]);
-        sum.empty_tiles += words[params::kStatEmptyTiles];
-        needed = std::max<std::uint64_t>(needed, words[params::kStatNeeded]);
+        SPLAT_ASSIGN(const PassStats found, read_pass(sum, all));
+        needed = std::max(needed, found.needed);
         if (needed > space_.capacity) return {};  // all passes have to run again
-        all += words[params::kStatNeeded];
-        if (words[params::kStatLongest] > entries_) {
+        if (found.longest > entries_) {
             pace.factor = std::max(pace.factor, factor);  // it left out what takes long
-            SPLAT_TRY(run_parts(pass, words[params::kStatLongest]));
+            SPLAT_TRY(run_parts(pass, static_cast<std::uint32_t>(found.longest)));
         }
     }
+    complete(sum);
+    return {};
+}
+
+Result<Rasterizer::PassStats> Rasterizer::read_pass(RasterStats& sum, std::uint64_t& all) {
+    std::array<std::uint32_t, params::kStatWords> words{};
+    const vk::Buffer& stats = space_.seen_stats.bytes() > 0 ? space_.seen_stats : space_.stats;
+    SPLAT_TRY(context_.read(stats.range(), words.data(), sizeof words));
+    sum.visible = std::max<std::uint64_t>(sum.visible, words[params::kStatVisible]);
+    sum.non_finite = std::max<std::uint64_t>(sum.non_finite, words[params::kStatNotFinite]);
+    sum.pairs += words[params::kStatPairs];
+    sum.longest = std::max<std::uint64_t>(sum.longest, words[params::kStatLongest]);
+    sum.empty_tiles += words[params::kStatEmptyTiles];
+    all += words[params::kStatNeeded];
+    return PassStats{words[params::kStatNeeded], words[params::kStatLongest]};
+}
+
+/// Set the numbers of a call whose passes are added in `sum`.
+void Rasterizer::complete(RasterStats sum) {
     sum.culled = now_.items() - sum.visible - sum.non_finite;
     sum.tiles = std::uint64_t{now_.tiles_x()} * now_.tiles_y() * now_.views;
     sum.passes = passes_;
     sum.runs = stats_.runs;
     sum.bytes = space_.bytes();
     stats_ = sum;
-    return {};
 }
 
 /// Passes to go on with if one needs so many pairs.
@@ -204,7 +214,10 @@ Status Rasterizer::record(const SetViews& scene, const RasterDesc& desc) {
         passes_ = first_passes(context_.device().info(), desc);
     now_ = desc;
     const Status recorded = record_forward(scene);
-    if (recorded.ok()) return {};
+    if (recorded.ok()) {
+        known_ = false;
+        return {};
+    }
     now_ = before;
     passes_ = passes_before;
     entries_ = entries_before;
@@ -241,6 +254,13 @@ Status Rasterizer::forward_in_bands(std::uint64_t gaussians, std::span<const Win
 }
 
 Status Rasterizer::draw(const SetViews& scene, const PackedViews& views, const Window& rows) {
+    SPLAT_TRY(finish());
+    SPLAT_ASSIGN(const bool changed, prepare(scene, views, rows));
+    return changed ? run_to_end() : Status();
+}
+
+Result<bool> Rasterizer::prepare(const SetViews& scene, const PackedViews& views,
+                                 const Window& rows) {
     RasterDesc desc = desc_;
     desc.rows = rows;
     desc.gaussians = scene.count;
@@ -264,7 +284,7 @@ Status Rasterizer::draw(const SetViews& scene, const PackedViews& views, const W
     if (desc_.skips.unchanged && valid_ && !moved && !resized && scene.version != 0 &&
         scene.version == scene_.version && scene.same_memory(scene_)) {
         stats_.runs = 0;
-        return {};
+        return false;
     }
     // A failure before the device starts leaves the previous call valid, including its gradient.
     PackedViews values = moved ? views : PackedViews();
@@ -276,9 +296,13 @@ Status Rasterizer::draw(const SetViews& scene, const PackedViews& views, const W
     valid_ = false;
     if (counted_ != now_.items()) SPLAT_TRY(count_items());
     if (moved) SPLAT_TRY(upload(std::move(values)));
+    return true;
+}
+
+Status Rasterizer::run_to_end() {
     bool began = false;  // this call, with the passes of a new rasterizer
     for (stats_.runs = 1;; ++stats_.runs) {
-        if (forward_.empty()) SPLAT_TRY(record_forward(scene));
+        if (forward_.empty()) SPLAT_TRY(record_forward(scene_));
         std::uint64_t needed = 0, all = 0;
         SPLAT_TRY(run_forward(needed, all));
         if (needed > space_.capacity) {
@@ -295,13 +319,14 @@ Status Rasterizer::draw(const SetViews& scene, const PackedViews& views, const W
     if (stats_.longest >= kMostIds)
         return unsupported("rasterizer: %llu Gaussians on one tile, expected fewer than %u",
                            llu(stats_.longest), kMostIds);
-    valid_ = true;
+    valid_ = known_ = true;
     return {};
 }
 
 Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                             const SetViews& gradients) {
     if (!desc_.backward) return invalid("rasterizer: made without backward; set it when creating");
+    SPLAT_TRY(finish());
     if (!valid_)
         return invalid("rasterizer: backward needs a forward call that succeeded before it");
     const std::array<vk::BufferView, 4> views = {grad_image, grad_depth, gradients.gaussians,

@@ -4,7 +4,9 @@
 #include <functional>
 #include <memory>
 
+#include "raster/pixels.h"
 #include "raster/workspace.h"
+#include "vk/batch.h"
 
 namespace splat::raster {
 
@@ -23,6 +25,13 @@ struct RasterStats {
     std::uint32_t passes = 1;  ///< groups of tile rows
     std::uint32_t runs =
         1;  ///< 0: nothing had changed; 2 or more: the pairs needed other arrays or passes
+};
+
+/// A frame that was given to the device.
+struct RasterFrame {
+    std::uint64_t value = 0;  ///< see vk::Queue::submit_frame
+    std::uint64_t lost = 0;   ///< value of an earlier frame that was not drawn whole; 0: none
+    bool waited = false;      ///< the host waited until it was drawn
 };
 
 /// Most items that the device takes at a time.
@@ -54,6 +63,15 @@ class Rasterizer {
     /// Gaussians on one tile; those of create. If the call fails before the device starts,
     /// the results of the previous call stay valid.
     Status forward(const SetViews& scene, const PackedViews& views);
+
+    /// Draw the only view of a call into a target of the application, and do not wait where the device has drawn such
+    /// a call before and all pairs fit one pass. A frame of more pairs than memory, or of longer lists than a part, is
+    /// lost: finish() finds out, and the next call waits. Errors: those of forward().
+    Result<RasterFrame> submit(const SetViews& scene, const PackedViews& views, PixelFormat format,
+                               vk::FrameTarget target);
+
+    /// Wait for a frame that runs, so that results and stats are its. Errors: those of Queue::settle, and of growing.
+    Status finish();
 
     /// Draw a scene of `gaussians`, more than desc() has, band by band of tile rows (raster/bands.h): `load`
     /// puts those of a band on the device. Pixels are as if all were drawn at once; what the workspace holds
@@ -92,6 +110,17 @@ class Rasterizer {
         : context_(context), desc_(desc), now_(desc) {}
     /// `rows`: none for all.
     Status draw(const SetViews& scene, const PackedViews& views, const Window& rows);
+    /// Record and upload what a call needs. False if nothing has changed since the last.
+    Result<bool> prepare(const SetViews& scene, const PackedViews& views, const Window& rows);
+    /// Draw what is prepared, with more memory or passes if it needs them.
+    Status run_to_end();
+    Status record_pixels(PixelFormat format);
+    struct PassStats {
+        std::uint64_t needed, longest;
+    };
+    /// Add a pass that has run to `sum`, and its pairs to `all`.
+    Result<PassStats> read_pass(RasterStats& sum, std::uint64_t& all);
+    void complete(RasterStats sum);
     Status allocate_first_pairs();
     Status count_items();
     Status upload(PackedViews views);
@@ -134,6 +163,13 @@ class Rasterizer {
     std::uint64_t backward_longest_ = 0;  ///< list that backward_ walks to the end
     std::array<vk::BufferView, 4> backward_views_;
     std::uint32_t backward_degree_ = 0;
+    bool known_ = false;        ///< stats_ are of a call of forward_'s lists
+    std::uint64_t flying_ = 0;  ///< value of the frame that runs
+    std::uint64_t lost_ = 0;    ///< value of a frame that the caller must hear of
+    vk::Batch frames_{2};       ///< what submit() joins
+    vk::Buffer pixels_;         ///< what is copied to the target
+    vk::CommandList pixels_list_;
+    PixelFormat pixel_format_ = PixelFormat::kBytes;
 };
 
 }  // namespace splat::raster

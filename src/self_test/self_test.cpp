@@ -189,7 +189,7 @@ Result<bool> replace(vk::Context& context, const KernelTests& tests, const Failu
                      found.c_str());
     const Code code = failure.status.code();
     const bool gone = code == Code::kDeviceLost || code == Code::kTimeout;
-    if (in_use || (gone && !alone))
+    if (in_use || (gone && (!alone || context.device().adopted())))
         return error(gone ? code : Code::kNoDevice,
                      "%s; open the device again, which gives it plain kernels, or update the "
                      "driver",

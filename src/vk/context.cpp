@@ -54,6 +54,7 @@ Result<std::shared_ptr<Context>> Context::create(const ContextDesc& desc) {
     context->queue_ =
         std::make_unique<Queue>(device, *context->memory_, context->mutex, timeout_ns);
     context->desc_ = desc;
+    if (desc.device.adopted) context->desc_.device.adopted->features = nullptr;
     context->desc_.device.select = DeviceSelect::kByIndex;
     context->desc_.device.index = device.info().index;
     context->timeout_ns_ = timeout_ns;
@@ -63,6 +64,7 @@ Result<std::shared_ptr<Context>> Context::create(const ContextDesc& desc) {
 }
 
 Status Context::reopen() {
+    SPLAT_ASSERT(!device_->adopted());
     SPLAT_ASSIGN(const std::shared_ptr<Context> other, create(desc_));
     auto queue = std::make_unique<Queue>(*other->device_, *other->memory_, mutex, timeout_ns_);
     Left& left = for_ever<Left>();
@@ -161,6 +163,24 @@ Status Context::flush() {
         each.use({Memory::host(each.stage), each.stage.bytes});
     }
     return {};
+}
+
+Result<std::uint64_t> Context::submit_frame(const BufferView& pixels, const FrameTarget& target) {
+    SPLAT_ASSERT(batch_ != nullptr && !noted_.empty() && later_.empty());
+    std::vector<Noted> work = std::move(noted_);
+    noted_.clear();
+    const auto submit = [&]() -> Result<std::uint64_t> {
+        SPLAT_ASSIGN(CommandList * list, batch_->join(*this, work));
+        return queue_->submit_frame(*list, pixels, target);
+    };
+    Result<std::uint64_t> value = submit();
+    if (!value.ok()) {
+        drop(std::move(work));
+        return value;
+    }
+    ++number_;
+    nothing_noted();
+    return value;
 }
 
 Status Context::run(CommandList& list) {

@@ -45,8 +45,8 @@ class Context : NoCopy {
     }
 
     /// Open the device anew, after a loss or a timeout: memory, pipelines and what the queue still does are left to the
-    /// process, as a device that hangs cannot be destroyed. Nothing else may be alive on it. Errors: those of create();
-    /// all stays as it was.
+    /// process, as a device that hangs cannot be destroyed. It is no application's, and nothing else is alive on it.
+    /// Errors: those of create(); all stays as it was.
     Status reopen();
 
     [[nodiscard]] std::uint64_t timeout_ns() const { return timeout_ns_; }
@@ -62,7 +62,12 @@ class Context : NoCopy {
     /// Lists noted within a BatchScope add their share of the time to it, by what their kernels are known to take.
     double* charge = nullptr;
 
-    /// Wait for a list that timed out before, if there is one.
+    /// Submit what a BatchScope has noted, a list at least, and then the copy of `pixels` to an application's target,
+    /// without waiting. Errors: those of Queue::submit_frame; then what was noted is dropped.
+    Result<std::uint64_t> submit_frame(const BufferView& pixels, const FrameTarget& target);
+    [[nodiscard]] std::uint64_t frame_semaphore() const { return queue_->semaphore(); }
+
+    /// Wait for a list that timed out before, or a frame, if there is one.
     Status settle() { return queue_->settle(); }
 
     /// Copy between host memory and a view, through staging buffers where the view is not mapped.

@@ -30,17 +30,6 @@ DeviceKind kind_of(VkPhysicalDeviceType type) {
     }
 }
 
-/// The compute family without graphics if there is one: it runs in parallel with a desktop's drawing.
-std::optional<std::uint32_t> compute_family(const std::vector<VkQueueFamilyProperties>& families) {
-    std::optional<std::uint32_t> found;
-    for (std::uint32_t i = 0; i < families.size(); ++i) {
-        if ((families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) == 0) continue;
-        if ((families[i].queueFlags & VK_QUEUE_GRAPHICS_BIT) == 0) return i;
-        if (!found) found = i;
-    }
-    return found;
-}
-
 void read_memory(const VkPhysicalDeviceMemoryProperties& memory, DeviceInfo& info) {
     for (std::uint32_t i = 0; i < memory.memoryHeapCount; ++i)
         // The heaps of an integrated device are one memory, of which the local one may be a small part.
@@ -152,7 +141,20 @@ void complete(DeviceInfo& info) {
     info.kernels = best_kernels(info);
 }
 
-DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::uint32_t index) {
+}  // namespace
+
+std::optional<std::uint32_t> compute_family(const std::vector<VkQueueFamilyProperties>& families) {
+    std::optional<std::uint32_t> found;
+    for (std::uint32_t i = 0; i < families.size(); ++i) {
+        if ((families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) == 0) continue;
+        if ((families[i].queueFlags & VK_QUEUE_GRAPHICS_BIT) == 0) return i;
+        if (!found) found = i;
+    }
+    return found;
+}
+
+DeviceInfo describe_device(const Instance& instance, VkPhysicalDevice physical, std::uint32_t index,
+                           std::optional<std::uint32_t> family) {
     VkPhysicalDeviceVulkan12Properties p12{};
     p12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES;
     VkPhysicalDeviceVulkan11Properties p11{};
@@ -221,7 +223,7 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     instance.get_queue_families(physical, &count, nullptr);
     std::vector<VkQueueFamilyProperties> families(count);
     instance.get_queue_families(physical, &count, families.data());
-    const auto family = compute_family(families);
+    if (!family) family = compute_family(families);
     info.queue_family = family.value_or(0);
     if (family && families[*family].timestampValidBits > 0) {
         limits.timestamp_ns = static_cast<double>(core.limits.timestampPeriod);
@@ -231,6 +233,8 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     complete(info);
     return info;
 }
+
+namespace {
 
 Result<Kernels> kernels_from_environment(Kernels fallback) {
     const auto text = environment("SPLAT_KERNELS");
@@ -290,20 +294,16 @@ const char* device_kind_name(DeviceKind kind) {
 Result<std::vector<DeviceInfo>> describe_devices(const Instance& instance) {
     std::vector<DeviceInfo> infos;
     for (const VkPhysicalDevice physical : instance.physical_devices())
-        infos.push_back(describe(instance, physical, static_cast<std::uint32_t>(infos.size())));
+        infos.push_back(
+            describe_device(instance, physical, static_cast<std::uint32_t>(infos.size())));
     pass_over(infos);
     return infos;
 }
 
 Result<std::unique_ptr<Device>> Device::create(const DeviceDesc& desc) {
+    if (desc.adopted) return adopt(desc);
     SPLAT_ASSIGN(const std::shared_ptr<Instance> instance, Instance::get(desc.validation));
     SPLAT_ASSIGN(std::vector<DeviceInfo> infos, describe_devices(*instance));
-    if (const auto levels = environment("SPLAT_LEVELS")) {
-        if (*levels != "0" && *levels != "1")
-            return invalid("environment variable SPLAT_LEVELS is '%s', expected 0 or 1",
-                           levels->c_str());
-        for (DeviceInfo& info : infos) info.features.levels = *levels == "1";
-    }
     if (desc.fake) {
         for (DeviceInfo& info : infos) {
             desc.fake(info);
@@ -311,8 +311,6 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceDesc& desc) {
         }
         pass_over(infos);
     }
-    const double milliseconds = static_cast<double>(desc.max_submit_ns) * 1e-6;
-    SPLAT_ASSIGN(const double most, environment_positive("SPLAT_MAX_SUBMIT_MS", milliseconds));
     SPLAT_ASSIGN(const std::vector<std::uint32_t> order, devices_to_try(desc, infos));
     Status opened;
     for (const std::uint32_t index : order) {
@@ -321,8 +319,7 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceDesc& desc) {
         device->info_ = infos[index];
         device->physical_ = instance->physical_devices()[index];
         const DeviceInfo& info = device->info_;
-        SPLAT_TRY(device->choose_kernels(desc.kernels));
-        device->pace = Pace(info.kind != DeviceKind::kCpu, most * 1e-3);
+        SPLAT_TRY(device->choose(desc));
         opened = device->open();
         if (opened.ok()) {
             log(LogLevel::kInfo,
@@ -337,6 +334,19 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceDesc& desc) {
                        info.name.c_str(), opened.message().c_str()));
     }
     return opened;
+}
+
+Status Device::choose(const DeviceDesc& desc) {
+    if (const auto levels = environment("SPLAT_LEVELS")) {
+        if (*levels != "0" && *levels != "1")
+            return invalid("environment variable SPLAT_LEVELS is '%s', expected 0 or 1",
+                           levels->c_str());
+        info_.features.levels = *levels == "1";
+    }
+    const double milliseconds = static_cast<double>(desc.max_submit_ns) * 1e-6;
+    SPLAT_ASSIGN(const double most, environment_positive("SPLAT_MAX_SUBMIT_MS", milliseconds));
+    pace = Pace(info_.kind != DeviceKind::kCpu, most * 1e-3);
+    return choose_kernels(desc.kernels);
 }
 
 Status Device::choose_kernels(Kernels wish) {
@@ -402,7 +412,7 @@ Status Device::open() {
                                 : instance_->create_device(physical_, &info, nullptr, &device_);
     if (result < VK_SUCCESS && !can_start_thread()) return no_thread("vkCreateDevice");
     SPLAT_TRY(check(result, "vkCreateDevice"));
-    volkLoadDeviceTable(&vk, device_);
+    SPLAT_TRY(instance_->load(vk, device_));
     if (instance_->validation()) add_validated(*this);
     vk.vkGetDeviceQueue(device_, info_.queue_family, 0, &queue_);
     instance_->get_memory_properties(physical_, &memory_);
@@ -469,7 +479,7 @@ Device::~Device() {
         vk.vkDestroyFence(device_, commands.fence, nullptr);
         vk.vkDestroyCommandPool(device_, commands.pool, nullptr);
     }
-    vk.vkDestroyDevice(device_, nullptr);
+    if (!adopted_) vk.vkDestroyDevice(device_, nullptr);
 }
 
 void Device::end_at_exit() noexcept {

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -117,10 +118,18 @@ struct DeviceDesc {
     DeviceKind kind = DeviceKind::kOther;
     Kernels kernels = Kernels::kAuto;
     bool validation = false;
-    std::uint64_t max_submit_ns = 0;  ///< see Pace; SPLAT_MAX_SUBMIT_MS overrides it
+    std::uint64_t max_submit_ns = 0;      ///< see Pace; SPLAT_MAX_SUBMIT_MS overrides it
+    std::optional<Adopted> adopted = {};  ///< instead of a device that is chosen and opened
     /// Tests: lower limits or remove features. Called for every device, before one is chosen.
     std::function<void(DeviceInfo&)> fake;
 };
+
+/// The compute family without graphics if there is one: it runs in parallel with a desktop's drawing.
+std::optional<std::uint32_t> compute_family(const std::vector<VkQueueFamilyProperties>& families);
+
+/// `family`: of the queue that is used; else compute_family().
+DeviceInfo describe_device(const Instance& instance, VkPhysicalDevice physical, std::uint32_t index,
+                           std::optional<std::uint32_t> family = {});
 
 /// Describe all devices of an instance, usable or not.
 Result<std::vector<DeviceInfo>> describe_devices(const Instance& instance);
@@ -145,6 +154,8 @@ class Device : NoCopy {
 
     [[nodiscard]] VkDevice handle() const { return device_; }
     [[nodiscard]] VkQueue queue() const { return queue_; }
+    /// For who holds a QueueUse. An application's queue is waited for by fences, as its own work may be there.
+    [[nodiscard]] bool adopted() const { return adopted_; }
     [[nodiscard]] const DeviceInfo& info() const { return info_; }
     [[nodiscard]] Kernels kernels(Family family = Family::kNetwork) const {
         return kernels_[static_cast<std::size_t>(family)];
@@ -178,7 +189,11 @@ class Device : NoCopy {
         vk{};  ///< every device-level Vulkan call goes through here; tests replace entries
 
   private:
+    friend class QueueUse;
     Device() = default;
+    static Result<std::unique_ptr<Device>> adopt(const DeviceDesc& desc);
+    /// What the caller and the environment say of it.
+    Status choose(const DeviceDesc& desc);
     Status choose_kernels(Kernels wish);
     Status open();
 
@@ -189,7 +204,23 @@ class Device : NoCopy {
     DeviceInfo info_;
     FamilyKernels kernels_ = DeviceInfo().kernels;
     VkPhysicalDeviceMemoryProperties memory_{};
+    QueueLock lock_;
+    bool adopted_ = false;
     std::atomic<bool> lost_{false};
+};
+
+/// Hold it during each call that names the queue.
+class QueueUse : NoCopy {
+  public:
+    explicit QueueUse(const Device& device) : lock_(device.lock_) {
+        if (lock_.lock != nullptr) lock_.lock(lock_.user);
+    }
+    ~QueueUse() {
+        if (lock_.unlock != nullptr) lock_.unlock(lock_.user);
+    }
+
+  private:
+    const QueueLock& lock_;
 };
 
 }  // namespace splat::vk

@@ -96,8 +96,9 @@ Result<std::vector<std::uint32_t>> devices_to_try(const DeviceDesc& desc,
                           driver_rank(*info), -static_cast<int>(info->kind));
     });
     if (!order.empty() && !order[0]->usable())
-        return unsupported("device %u (%s) is not usable: %s", order[0]->index,
-                           order[0]->name.c_str(), order[0]->reason.c_str());
+        return unsupported("device %u (%s) is not usable: %s; %s", order[0]->index,
+                           order[0]->name.c_str(), order[0]->reason.c_str(),
+                           os::install_driver().c_str());
     std::vector<std::uint32_t> indices;
     for (const DeviceInfo* info : order) indices.push_back(info->index);
     if (desc.select != DeviceSelect::kBest && !indices.empty()) indices.resize(1);
@@ -107,9 +108,10 @@ Result<std::vector<std::uint32_t>> devices_to_try(const DeviceDesc& desc,
         list += format("%s%u: %s (%s)%s%s", list.empty() ? "" : "; ", info.index, info.name.c_str(),
                        device_kind_name(info.kind),
                        info.usable() ? "" : ", not usable: ", info.reason.c_str());
+    const bool useless = std::ranges::none_of(infos, &DeviceInfo::usable);
     return error(Code::kNoDevice, "no Vulkan device %s; found: %s%s", selection_text(desc).c_str(),
-                 list.empty() ? "none; " : list.c_str(),
-                 list.empty() ? os::install_driver().c_str() : "");
+                 list.empty() ? "none" : list.c_str(),
+                 useless ? ("; " + os::install_driver()).c_str() : "");
 }
 
 }  // namespace splat::vk

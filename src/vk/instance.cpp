@@ -170,11 +170,22 @@ bool lists(const List& list, const char* name) {
         found, [&](const auto& one) { return std::strcmp(one.extensionName, name) == 0; });
 }
 
-/// Set `function` to the instance's of that name. Returns whether there is one.
+/// Set `function` to the one of that name that `get` finds for an instance. Returns whether there is one.
 template <class Function>
-bool load_function(VkInstance instance, Function& function, const char* name) {
-    function = reinterpret_cast<Function>(vkGetInstanceProcAddr(instance, name));
+bool load_function(PFN_vkGetInstanceProcAddr get, VkInstance instance, Function& function,
+                   const char* name) {
+    function = reinterpret_cast<Function>(get(instance, name));
     return function != nullptr;
+}
+
+/// For the holder of the mutex. Drivers keep threads, which a fork does not copy, and wait for them when the process
+/// exits.
+Status check_fork() {
+    if (g_opened_by == kNone || g_opened_by == fork_generation()) return {};
+    return bad_state(
+        "this process was forked from one that had opened or listed devices, whose "
+        "drivers do not work in a child: start children with spawn, or fork before "
+        "that");
 }
 
 }  // namespace
@@ -222,15 +233,22 @@ Result<std::shared_ptr<Instance>> Instance::get(bool validation) {
     const std::lock_guard lock(instances_mutex());
     std::weak_ptr<Instance>& slot = g_instances[validation ? 1 : 0];
     if (auto living = slot.lock()) return living;
-    // Drivers keep threads, which a fork does not copy, and wait for them when the process exits.
-    if (g_opened_by != kNone && g_opened_by != fork_generation())
-        return bad_state(
-            "this process was forked from one that had opened or listed devices, whose "
-            "drivers do not work in a child: start children with spawn, or fork before "
-            "that");
+    SPLAT_TRY(check_fork());
     SPLAT_ASSIGN(std::shared_ptr<Instance> instance, create(validation));
     g_opened_by = fork_generation();
     slot = instance;
+    return instance;
+}
+
+Result<std::shared_ptr<Instance>> Instance::adopt(const Adopted& from) {
+    const std::lock_guard lock(instances_mutex());
+    SPLAT_TRY(check_fork());
+    std::shared_ptr<Instance> instance(new Instance);
+    instance->get_function_ =
+        reinterpret_cast<PFN_vkGetInstanceProcAddr>(from.get_instance_proc_addr);
+    instance->instance_ = static_cast<VkInstance>(from.instance);
+    SPLAT_TRY(instance->load_functions());
+    g_opened_by = fork_generation();
     return instance;
 }
 
@@ -269,6 +287,7 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     info.ppEnabledExtensionNames = extensions.data();
     std::shared_ptr<Instance> instance(new Instance);
     instance->validation_ = validation;
+    instance->get_function_ = vkGetInstanceProcAddr;
     const VkResult result = SPLAT_FAULT("vk.create_instance")
                                 ? VK_ERROR_OUT_OF_HOST_MEMORY
                                 : vkCreateInstance(&info, nullptr, &instance->instance_);
@@ -279,6 +298,8 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
                      "vkCreateInstance failed with %s: no usable Vulkan driver; %s",
                      result_name(result), os::install_driver().c_str());
     if (validation) end_devices_before(layer);
+    load_function(vkGetInstanceProcAddr, instance->instance_, instance->destroy_instance_,
+                  "vkDestroyInstance");
     SPLAT_TRY(instance->load_functions());
     if (validation) SPLAT_TRY(instance->create_messenger());
     SPLAT_TRY(instance->enumerate());
@@ -286,14 +307,10 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
 }
 
 Status Instance::load_functions() {
-    // Gives volkLoadDeviceTable its vkGetDeviceProcAddr: a loader function, the same for every
-    // instance. Once, because other threads read volk's globals without a lock.
-    static const bool loaded = (volkLoadInstanceOnly(instance_), true);
-    static_cast<void>(loaded);
     const auto load = [this](auto& function, const char* name) {
-        return load_function(instance_, function, name);
+        return load_function(get_function_, instance_, function, name);
     };
-    if (!load(destroy_instance_, "vkDestroyInstance") ||
+    if (!load(get_device_function_, "vkGetDeviceProcAddr") ||
         !load(get_properties2, "vkGetPhysicalDeviceProperties2") ||
         !load(get_features2, "vkGetPhysicalDeviceFeatures2") ||
         !load(get_memory_properties, "vkGetPhysicalDeviceMemoryProperties") ||
@@ -306,6 +323,15 @@ Status Instance::load_functions() {
     return {};
 }
 
+Status Instance::load(VolkDeviceTable& table, VkDevice device) const {
+    // volk reads this global, and an application may have another loader.
+    const std::lock_guard lock(instances_mutex());
+    vkGetDeviceProcAddr = get_device_function_;
+    volkLoadDeviceTable(&table, device);
+    if (table.vkQueueSubmit != nullptr && table.vkGetSemaphoreCounterValue != nullptr) return {};
+    return invalid("vkGetDeviceProcAddr knows no functions of Vulkan 1.2 of the device");
+}
+
 bool Instance::has_extension(VkPhysicalDevice device, const char* name) const {
     return lists([&](auto... to) { return get_extensions(device, nullptr, to...); }, name);
 }
@@ -313,8 +339,9 @@ bool Instance::has_extension(VkPhysicalDevice device, const char* name) const {
 Status Instance::create_messenger() {
     PFN_vkCreateDebugUtilsMessengerEXT make = nullptr;
     const VkDebugUtilsMessengerCreateInfoEXT info = messenger_info();
-    if (!load_function(instance_, make, "vkCreateDebugUtilsMessengerEXT") ||
-        !load_function(instance_, destroy_messenger_, "vkDestroyDebugUtilsMessengerEXT") ||
+    if (!load_function(get_function_, instance_, make, "vkCreateDebugUtilsMessengerEXT") ||
+        !load_function(get_function_, instance_, destroy_messenger_,
+                       "vkDestroyDebugUtilsMessengerEXT") ||
         make(instance_, &info, nullptr, &messenger_) != VK_SUCCESS)
         return unsupported("validation was requested, but VK_EXT_debug_utils has no messenger");
     return {};
@@ -322,7 +349,7 @@ Status Instance::create_messenger() {
 
 Status Instance::enumerate() {
     PFN_vkEnumeratePhysicalDevices list = nullptr;
-    load_function(instance_, list, "vkEnumeratePhysicalDevices");
+    load_function(get_function_, instance_, list, "vkEnumeratePhysicalDevices");
     std::uint32_t count = 0;
     VkResult result = list(instance_, &count, nullptr);
     if (result == VK_SUCCESS && count > 0) {

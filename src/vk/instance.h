@@ -8,6 +8,7 @@
 
 #include "core/no_copy.h"
 #include "core/status.h"
+#include "vk/caller/adopted.h"
 
 namespace splat::vk {
 
@@ -19,6 +20,9 @@ class Instance : NoCopy {
     /// The existing instance or a new one. Errors: kNoDevice without loader or driver, kUnsupported
     /// if validation is requested and the Khronos layer is missing, kOutOfHostMemory. Thread-safe.
     static Result<std::shared_ptr<Instance>> get(bool validation);
+
+    /// The application's, which stays alive. Errors: kInvalidState in a forked child, kNoDevice.
+    static Result<std::shared_ptr<Instance>> adopt(const Adopted& from);
 
     ~Instance();
 
@@ -34,6 +38,9 @@ class Instance : NoCopy {
     PFN_vkCreateDevice create_device = nullptr;
     PFN_vkEnumerateDeviceExtensionProperties get_extensions = nullptr;
 
+    /// Fill the table of a device's functions. kInvalidArgument if they are unknown. Thread-safe.
+    Status load(VolkDeviceTable& table, VkDevice device) const;
+
     /// True if the driver offers the extension.
     [[nodiscard]] bool has_extension(VkPhysicalDevice device, const char* name) const;
 
@@ -45,6 +52,8 @@ class Instance : NoCopy {
     Status enumerate();
 
     VkInstance instance_ = VK_NULL_HANDLE;
+    PFN_vkGetInstanceProcAddr get_function_ = nullptr;
+    PFN_vkGetDeviceProcAddr get_device_function_ = nullptr;
     VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
     bool validation_ = false;
     std::vector<VkPhysicalDevice> devices_;

@@ -25,7 +25,16 @@ constexpr const char* kAfterLoss = "";
 Queue::~Queue() {
     // A device that neither finishes nor reports its loss hangs here: its objects cannot be destroyed
     // while it runs.
-    if (pending_ != nullptr) device_.vk.vkDeviceWaitIdle(device_.handle());
+    if (pending_ == nullptr) return;
+    if (!device_.adopted()) {
+        device_.vk.vkDeviceWaitIdle(device_.handle());
+        return;
+    }
+    // The application's own work may be on its queues, and is not waited for.
+    for (; pending_->ended < pending_->submitted; ++pending_->ended)
+        device_.vk.vkWaitForFences(device_.handle(), 1,
+                                   &pending_->fences[pending_->ended % pending_->fences.size()],
+                                   VK_TRUE, ~std::uint64_t{0});
 }
 
 Status Queue::make_ready(CommandList& list) {
@@ -76,15 +85,40 @@ Status Queue::submit(CommandList::Objects& objects, std::size_t segment) {
                       .pCommandBuffers = &objects.now.buffers[segment]};
     objects.begins[segment % objects.begins.size()] = device_.pace.now();
     device_.pace.submitted(objects.now.estimates[segment]);
-    const VkResult result = SPLAT_FAULT("vk.queue_submit")
-                                ? VK_ERROR_DEVICE_LOST
-                                : device_.vk.vkQueueSubmit(device_.queue(), 1, &info, fence);
+    VkResult result = VK_ERROR_DEVICE_LOST;
+    if (!SPLAT_FAULT("vk.queue_submit")) {
+        const QueueUse use(device_);
+        result = device_.vk.vkQueueSubmit(device_.queue(), 1, &info, fence);
+    }
     if (result >= VK_SUCCESS) {
         ++objects.submitted;
         return {};
     }
-    if (segment > 0) device_.vk.vkQueueWaitIdle(device_.queue());  // the segment before is running
+    if (segment > 0) {  // the segment before is running
+        const QueueUse use(device_);
+        device_.vk.vkQueueWaitIdle(device_.queue());
+    }
     return naming_work(device_.check(result, "vkQueueSubmit"), objects);
+}
+
+Result<std::uint64_t> Queue::submit_frame(CommandList& list, const BufferView& pixels,
+                                          const FrameTarget& target) {
+    SPLAT_TRY(make_ready(list));
+    CommandList::Objects& objects = *list.objects_;
+    objects.renew(0);
+    if (frames_ == nullptr) SPLAT_SET(frames_, Frames::create(device_));
+    // One fence for all: as if only the last segment had not ended.
+    const std::size_t last = objects.now.segments.size() - 1;
+    VkFence& fence = objects.fences[last % objects.fences.size()];
+    SPLAT_TRY(
+        device_.check(device_.vk.vkResetFences(device_.handle(), 1, &fence), "vkResetFences"));
+    SPLAT_ASSIGN(const std::uint64_t value,
+                 frames_->submit(objects.now.buffers, pixels, target, fence));
+    objects.ended = last;
+    objects.submitted = last + 1;
+    pending_ = list.objects_;
+    memory_.defer_frees(Memory::Deferral::kRunning, true);
+    return value;
 }
 
 /// Wait in pieces: a stop of the process, or sleep of the machine, ends one piece and not the whole wait.

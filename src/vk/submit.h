@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "vk/caller/frames.h"
 #include "vk/command_list.h"
 #include "vk/device_mutex.h"
 #include "vk/memory.h"
@@ -28,7 +29,15 @@ class Queue : NoCopy {
     /// memory does not hold. After a timeout or a loss the message names the kernels that have not ended.
     Status run(CommandList& list, Profile* profile);
 
-    /// Wait for a list that timed out before, if there is one. Errors: those of run().
+    /// Submit a list, and then the copy of `pixels` to an application's target, without waiting: the next use of the
+    /// queue does. No times are learned. Returns the value of semaphore() that tells the end. Errors: those of run()
+    /// before a submit.
+    Result<std::uint64_t> submit_frame(CommandList& list, const BufferView& pixels,
+                                       const FrameTarget& target);
+    /// VkSemaphore of frames; for devices of an application, after a frame.
+    [[nodiscard]] std::uint64_t semaphore() const { return frames_->semaphore(); }
+
+    /// Wait for a list that timed out before, or a frame, if there is one. Errors: those of run().
     Status settle();
     [[nodiscard]] bool settled() const { return pending_ == nullptr; }
 
@@ -44,7 +53,9 @@ class Queue : NoCopy {
     Memory& memory_;
     const DeviceMutex& mutex_;
     std::uint64_t timeout_ns_;
-    std::shared_ptr<CommandList::Objects> pending_;  ///< timed out and not yet known to have ended
+    /// Timed out, or submitted with a frame, and not yet known to have ended.
+    std::shared_ptr<CommandList::Objects> pending_;
+    std::unique_ptr<Frames> frames_;  ///< made for the first one
 };
 
 }  // namespace splat::vk

@@ -77,7 +77,7 @@ Temporary::Temporary(const std::string& extension)
           static std::atomic<int> number = 0;
           const std::string name =
               "splat-api-" + test::process_text() + "-" + std::to_string(number++);
-          return (std::filesystem::temp_directory_path() / (name + extension)).string();
+          return (std::filesystem::temp_directory_path() / (name + extension)).generic_string();
       }()),
       owner_(os::process_id()) {}
 

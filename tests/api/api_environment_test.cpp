@@ -2,6 +2,7 @@
 #include <cstdlib>
 
 #include "api/api_calls.h"
+#include "core/os/drivers.h"
 
 namespace splat::test {
 namespace {
@@ -51,12 +52,13 @@ TEST(ApiNoLoader, IsNoDeviceAndNamesThePackage) {
 }
 
 TEST(ApiNoDriver, IsNoDeviceAndNamesThePackage) {
-    required("VK_DRIVER_FILES");
+    required("SPLAT_TEST_NO_DRIVER");
+    const std::string remedy = os::install_driver();
     Output<std::uint32_t> count;
-    EXPECT_REFUSED(splat_device_count(count.out()), SPLAT_ERROR_NO_DEVICE, "mesa-vulkan-drivers");
+    EXPECT_REFUSED(splat_device_count(count.out()), SPLAT_ERROR_NO_DEVICE, remedy.c_str());
     EXPECT_TRUE(count.untouched());
-    expect_describe_refused(SPLAT_ERROR_NO_DEVICE, "mesa-vulkan-drivers");
-    expect_create_refused(SPLAT_ERROR_NO_DEVICE, {"mesa-vulkan-drivers", "driver"});
+    expect_describe_refused(SPLAT_ERROR_NO_DEVICE, remedy.c_str());
+    expect_create_refused(SPLAT_ERROR_NO_DEVICE, {remedy.c_str(), "driver"});
     expect_the_rest_to_work();
 }
 

@@ -5,6 +5,7 @@
 #include "api/api_calls.h"
 #include "api/raster_calls.h"
 #include "support/rng_fill.h"
+#include "support/system.h"
 
 namespace splat::test {
 namespace {
@@ -46,6 +47,7 @@ TEST_F(ApiModel, PredictsAScene) {
 }
 
 TEST_F(ApiModel, WeightsWrittenInPlaceAreRefused) {
+    SPLAT_NEED_WRITES_TO_MAPPED_FILES();
     const Temporary path;
     write_large_weights(path.path());
     const Weights weights = got(splat_weights_load, path.c_str(), 0);

@@ -280,14 +280,14 @@ TEST(Maps, OfOtherFilesAreNamedAsNotRead) {
     EXPECT_HAS(log.text(),
                "3 files in folders of maps are not read, expected .png, .jpg, .webp, "
                ".pgm, .npy or .pfm: '" +
-                   (object / "depth/000000.tiff").string() + "', a TIFF file; convert it");
+                   (object / "depth/000000.tiff").generic_string() + "', a TIFF file; convert it");
     EXPECT_EQ(dataset->index().unread_count, 3U);
     EXPECT_HAS(report_text(*dataset), "\"not_read_count\": 3");
     DatasetDesc desc = data_desc(folder.path());
     desc.maps = flag_of(MapKind::kDepth);
     EXPECT_ERROR(Dataset::open(desc), Code::kNotFound,
                  "are not read, expected .png, .jpg, .webp, .pgm, .npy or .pfm: '" +
-                     (object / "depth/000000.tiff").string());
+                     (object / "depth/000000.tiff").generic_string());
 }
 
 /// Millimetres of a depth sensor: 220 different values stay so many.

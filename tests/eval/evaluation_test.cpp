@@ -92,8 +92,8 @@ TEST(Evaluation, TextsAreThoseOfFiles) {
     EXPECT_EQ(table_text(all),
               "object,psnr_novel,ssim_novel,lpips_novel,psnr_cond,ssim_cond,lpips_cond,views,"
               "perfect_views,predict_ms,draw_ms\n"
-              "a,20,0.5,nan,-nan,1,nan,2,1,500.000,250.000\n"
-              "b,30.5,0.5,nan,-nan,1,nan,2,1,500.000,250.000\n");
+              "a,20,0.5,nan,nan,1,nan,2,1,500.000,250.000\n"
+              "b,30.5,0.5,nan,nan,1,nan,2,1,500.000,250.000\n");
     EXPECT_EQ(scores_text(all), "0_a 20 0.5 nan\n1_b 30.5 0.5 nan\n");
     EXPECT_EQ(results_text(all), R"({
   "schema": 1,

@@ -19,7 +19,7 @@ class ScoreTableTest : public testing::Test {
     void TearDown() override { std::filesystem::remove_all(folder_); }
 
     Result<ScoreTable> read_text(const char* name, const std::string& text) {
-        std::ofstream(folder_ / name) << text;
+        std::ofstream(folder_ / name, std::ios::binary) << text;
         return read_scores((folder_ / name).string());
     }
     ScoreTable read(const char* name, const std::string& text) {

@@ -62,7 +62,7 @@ TEST(Symbols, ExportedAreThoseDeclared) {
 TEST(Symbols, LibraryHasItsSonameAndNeedsNoVulkan) {
     const Output dynamic = run(SPLAT_READELF " -d " SPLAT_LIBRARY);
     ASSERT_EQ(dynamic.status, 0);
-    EXPECT_HAS(dynamic.text, "Library soname: [libsplat.so.0]");
+    EXPECT_HAS(dynamic.text, "Library soname: [libsplat.so.0.1]");
     EXPECT_LACKS(dynamic.text, "libvulkan");
 }
 

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs a build tree into an empty prefix, moves the prefix to a path with a blank, and builds and runs a consumer of
-# each kind there: C through pkg-config, C++ through find_package. The components together are the whole.
+# each kind there: in C and C++, through pkg-config and CMake. The components together are the whole.
 #
 #   install_test.sh <source folder> <build folder> <cmake> <cc> <c++> <expected version>
 #
@@ -37,16 +37,19 @@ rm -r "$temp/parts"
 # Only outside of the system's folders do library and programs need a search path of their own.
 DESTDIR="$temp/root" "$cmake" --install "$build_dir" --prefix /usr >"$temp/install.log" || die "cmake --install: /usr"
 search_path() { readelf -d "$1" | grep -E 'RPATH|RUNPATH'; }
-for folder in prefix root/usr; do
-    for file in $(find "$temp/$folder" -name libsplat.so.0 -o -path '*/bin/*'); do
+mv "$temp/root/usr" "$temp/usr"
+for folder in "moved prefix" usr; do
+    cd "$temp/$folder" # whose path has a blank
+    for file in $(find . -name 'libsplat.so.*' -o -path '*/bin/*'); do
         if search_path "$file" >"$temp/path"; then has=yes; else has=no; fi
         case "$folder,$has" in
-        prefix,yes | root/usr,no) ;;
+        moved*,yes | usr,no) ;;
         *) die "$folder: search path of $file: $(cat "$temp/path")" ;;
         esac
     done
 done
-rm -r "$temp/root"
+cd "$temp"
+rm -r usr root
 
 # What was installed, as <path below the prefix>.
 one_of() {
@@ -58,7 +61,7 @@ one_of include/splat.h >"$temp/found"
 for name in core scene render model predict train evaluate; do one_of "include/splat/$name.h" >>"$temp/found"; done
 one_of "lib*/libsplat.so" >>"$temp/found"
 one_of "lib*/libsplat.so.$version" >>"$temp/found"
-library=$(one_of "lib*/libsplat.so.0")
+library=$(one_of "lib*/libsplat.so.0.1")
 lib_dir=$(dirname "$library")
 one_of "lib*/cmake/Splat/SplatConfigVersion.cmake" >>"$temp/found"
 pc_dir=$(dirname "$(one_of "lib*/pkgconfig/splat.pc")")
@@ -94,13 +97,21 @@ compile() {
     # shellcheck disable=SC2086  # lists of words
     "$cc" -std=c99 -Wall -Wextra -Werror ${CFLAGS:-} "$@" ${LDFLAGS:-} -o "$program"
 }
-compile "$source_dir/tests/install/pkg_config/version.c" "$temp/version_c"
+compile "$source_dir/tests/install/consumer/version.c" "$temp/version_c"
 check_run pkg-config "$temp/version_c"
 
-"$cmake" -S "$source_dir/tests/install/find_package" -B "$temp/build" -DCMAKE_CXX_COMPILER="$cxx" \
-    -DCMAKE_PREFIX_PATH="$prefix" >"$temp/configure.log" || die "configure of find_package"
-"$cmake" --build "$temp/build" >"$temp/build.log" || { cat "$temp/build.log"; die "find_package"; }
-check_run find_package "$temp/build/version"
+# consume WAY LANGUAGES: a project of CMake. FetchContent and add_subdirectory: flags_test.sh.
+consume() {
+    build="$temp/$1"
+    "$cmake" -S "$source_dir/tests/install/consumer" -B "$build" -DWAY="$1" -DLANGUAGES="$2" -DCMAKE_C_COMPILER="$cc" \
+        -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_PREFIX_PATH="$prefix" >"$build.log" 2>&1 &&
+        "$cmake" --build "$build" >>"$build.log" 2>&1 || die "$1: $(cat "$build.log")"
+}
+consume find_package "C;CXX"
+check_run find_package "$temp/find_package/core_test"
+check_run "find_package in C++" "$temp/find_package/io_test"
+consume pkg_config C
+check_run "pkg_config.cmake" "$temp/pkg_config/core_test"
 
 # build_program NAME: a C program of tests/install/programs against the installed package.
 build_program() {
@@ -118,6 +129,8 @@ echo "loop: $(cat "$temp/loop.log")"
 vkrun="$prefix/bin/vkrun"
 if [ -x "$vkrun" ]; then
     grep -q '^vkrun .- ' "$(one_of share/man/man1/vkrun.1)" || die "the manual page has no name"
+    for name in man/man1/vkrun-fit.1 bash-completion/completions/vkrun zsh/site-functions/_vkrun \
+        fish/vendor_completions.d/vkrun.fish; do one_of "share/$name" >>"$temp/found"; done
     "$vkrun" --version >"$temp/vkrun.log" || die "the installed vkrun does not find its library"
     echo "vkrun: $(head -n 1 "$temp/vkrun.log")"
 

@@ -18,7 +18,7 @@ except ImportError as error:
     sys.exit(77)
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), "../../bindings/python/src"))
-import splat  # noqa: E402
+import libsplat as splat  # noqa: E402
 from png_file import write_png  # noqa: E402
 
 SIDE = 8

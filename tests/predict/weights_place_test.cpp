@@ -40,18 +40,18 @@ TEST(WeightsPlace, PrefersThoseOfThePrefixOfAnInstalledLibrary) {
     test::put_text(prefix / "share/libsplat/weights/empty/README.md", "1");
     test::put_text(prefix / "tools/weights/small/weights.safetensors", "1");
     for (const char* library : {"lib", "lib/x86_64-linux-gnu"}) {
-        const auto path = need(builtin_weights_near(prefix / library, "small"));
+        const auto path = need(builtin_weights_near((prefix / library).string(), "small"));
         EXPECT_EQ(path, prefix / "share/libsplat/weights/small/weights.safetensors");
     }
     for (const char* name : {"large", "", "..", "small/../small", "empty"})
-        EXPECT_ERROR(builtin_weights_near(prefix / "lib", name), Code::kNotFound,
+        EXPECT_ERROR(builtin_weights_near((prefix / "lib").string(), name), Code::kNotFound,
                      "expected other, small");
     EXPECT_ERROR(builtin_weights_near("/nonexistent/lib", "small"), Code::kNotFound, "no others");
 }
 
 TEST(WeightsPlace, FindsTheConfigurationBesideWeights) {
     const test::SampleFolder folder;
-    const std::string weights = folder / "weights.npz";
+    const std::string weights = (folder / "weights.npz").string();
     EXPECT_ERROR(config_beside(weights), Code::kNotFound, "no config.json or config.yaml");
     test::put_text(folder / "config.yaml", "{}");
     EXPECT_EQ(config_beside(weights).value(), folder / "config.yaml");
@@ -60,7 +60,7 @@ TEST(WeightsPlace, FindsTheConfigurationBesideWeights) {
     const std::filesystem::path named = std::filesystem::path(weights).replace_extension(".json");
     test::put_text(named, "{}");
     EXPECT_EQ(config_beside(weights).value(), named) << "that of these weights comes first";
-    const std::string adapters = folder / "other" / "chairs.safetensors";
+    const std::string adapters = (folder / "other" / "chairs.safetensors").string();
     EXPECT_EQ(config_beside(weights, adapters).value(), named) << "the adapters have none";
     test::put_text(folder / "other" / "chairs.json", "{}");
     EXPECT_EQ(config_beside(weights, adapters).value(), folder / "other" / "chairs.json");

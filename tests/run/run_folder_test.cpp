@@ -224,8 +224,8 @@ TEST_F(RunFolderTest, KeepsTheLatestStates) {
     folder->keep_latest_states(2);
     const auto left = folder->states().value();
     ASSERT_EQ(left.size(), 2U);
-    EXPECT_EQ(left[0].string(), folder->state_path(10));
-    EXPECT_EQ(left[1].string(), folder->state_path(9));
+    EXPECT_EQ(left[0].generic_string(), folder->state_path(10));
+    EXPECT_EQ(left[1].generic_string(), folder->state_path(9));
 }
 
 TEST_F(RunFolderTest, SetsAsideAStateThatCannotBeRead) {

@@ -13,10 +13,16 @@ namespace splat::test {
 inline constexpr bool kHasFork = false;
 inline constexpr bool kHasFileLimit = false;
 inline constexpr bool kHasPermissions = false;
+inline constexpr bool kWritesMapped = false;
+inline constexpr const char* kOddName = "a[1] b";  ///< with letters that patterns of names have
+inline constexpr const char* kSomeLibrary = "msvcrt.dll";  ///< the loader finds it
 #else
 inline constexpr bool kHasFork = true;
 inline constexpr bool kHasFileLimit = true;
 inline constexpr bool kHasPermissions = true;
+inline constexpr bool kWritesMapped = true;
+inline constexpr const char* kOddName = "a[1] b?c*";
+inline constexpr const char* kSomeLibrary = "libz.so.1";
 #endif
 
 /// Tests that need what this system lacks begin with one of these, so that they are skipped visibly.
@@ -26,6 +32,9 @@ inline constexpr bool kHasPermissions = true;
     if (!splat::test::kHasFileLimit) GTEST_SKIP() << "this system does not limit sizes of files"
 #define SPLAT_NEED_PERMISSIONS() \
     if (!splat::test::kHasPermissions) GTEST_SKIP() << "files of this system have no permissions"
+#define SPLAT_NEED_WRITES_TO_MAPPED_FILES() \
+    if (!splat::test::kWritesMapped)        \
+    GTEST_SKIP() << "this system keeps files that are mapped as they are"
 #define SPLAT_NEED_FIFO(path) \
     if (!splat::test::make_fifo(path)) GTEST_SKIP() << "folders of this system hold no pipes"
 #define SPLAT_NEED_LINKS(folder)              \

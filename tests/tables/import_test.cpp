@@ -5,6 +5,7 @@
 
 #include "support/expect_status.h"
 #include "support/log_capture.h"
+#include "support/system.h"
 #include "synthetic/sample_folder.h"
 #include "tables/import.h"
 #include "tables/published_tables.h"
@@ -73,7 +74,7 @@ TEST(Import, ParquetFilesOfAllSplitsAreReadByTheirColumn) {
 TEST(Import, ParquetFilesLieInFoldersOfAnyName) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;
-    const fs::path odd = folder / "a[1] b?c*/split=test";
+    const fs::path odd = folder / test::kOddName / "split=test";
     fs::create_directories(odd);
     ASSERT_OK(PublishedTables().write_with_split(odd));
     ASSERT_OK(import(odd));
@@ -321,9 +322,9 @@ TEST(Import, MissingLibrarySaysHowToGetIt) {
         nullptr);
     EXPECT_ERROR(status, Code::kNotFound, "npm pack @duckdb/node-bindings-");
     EXPECT_ERROR(status, Code::kNotFound, "/nowhere/libduckdb.so");
-    EXPECT_ERROR(import_tables(
-                     {folder.path().string(), "train", (folder / "s").string(), "libz.so.1", false},
-                     nullptr),
+    EXPECT_ERROR(import_tables({folder.path().string(), "train", (folder / "s").string(),
+                                test::kSomeLibrary, false},
+                               nullptr),
                  Code::kUnsupported, "has no function duckdb_");
 }
 

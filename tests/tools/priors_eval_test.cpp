@@ -106,6 +106,7 @@ TEST_F(PriorsEval, MasksMayBeOpaqueOrOfZeroAndOne) {
 
 TEST_F(PriorsEval, ALinkThatLeadsNowhereIsNoMissingMap) {
     write("links/a.png", {0, 1});
+    SPLAT_NEED_LINKS(folder_.string());
     fs::create_symlink("/nonexistent/b.png", folder_ / "links/b.png");
     EXPECT_NE(refusal([&] {
                   find_maps(folder_ / "links", "depth");

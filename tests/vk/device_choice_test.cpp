@@ -96,10 +96,15 @@ TEST(DeviceChoice, NamedDevicesAreNotReplaced) {
     EXPECT_EQ(need(devices_to_try(desc, infos)), Indices{1}) << "the better driver";
     desc.select = DeviceSelect::kByKind;
     desc.kind = DeviceKind::kCpu;
-    EXPECT_ERROR(devices_to_try(desc, infos), Code::kUnsupported, "Vulkan 1.1");
+    EXPECT_ERROR(devices_to_try(desc, infos), Code::kUnsupported, "Vulkan 1.1; install");
     desc.kind = DeviceKind::kVirtual;
     EXPECT_ERROR(devices_to_try(desc, infos), Code::kNoDevice, "of kind virtual");
     EXPECT_ERROR(devices_to_try(desc, {}), Code::kNoDevice, "none; install");
+    infos[0].reason = infos[1].reason = "Vulkan 1.1";
+    EXPECT_ERROR(devices_to_try({}, infos), Code::kNoDevice, "not usable: Vulkan 1.1; install");
+    infos[0].reason = "";
+    desc.kind = DeviceKind::kVirtual;
+    EXPECT_ERROR(devices_to_try(desc, infos), Code::kNoDevice, "not usable: Vulkan 1.1");
 }
 
 PFN_vkCreateDevice g_create;

@@ -26,6 +26,7 @@ void add_commands(CLI::App& app, int& exit_code) {
     add_report(app, exit_code);
     add_priors(app, exit_code);
     add_weights(app, exit_code);
+    add_completion(app, exit_code);
     add_measuring(app);
 }
 

@@ -80,11 +80,11 @@ def stub_text(include: Path) -> str:
 
 
 def soname(include: Path) -> str:
-    """libsplat.so.MAJOR, the rule of CONTRIBUTING.md."""
+    """libsplat.so.0.MINOR, from 1.0 on libsplat.so.MAJOR: the rule of CONTRIBUTING.md."""
     text = (include / "splat" / "core.h").read_text(encoding="utf-8")
-    found = re.search(r"#define SPLAT_VERSION_MAJOR (\d+)", text)
-    assert found, "core.h has no SPLAT_VERSION_MAJOR"
-    return f"libsplat.so.{found.group(1)}"
+    found = dict(re.findall(r"#define SPLAT_VERSION_(MAJOR|MINOR) (\d+)", text))
+    assert len(found) == 2, "core.h lacks SPLAT_VERSION_MAJOR or SPLAT_VERSION_MINOR"
+    return f"libsplat.so.{found['MAJOR']}" + (f".{found['MINOR']}" if found["MAJOR"] == "0" else "")
 
 
 def build_stub(include: Path, text: str, folder: Path) -> str:

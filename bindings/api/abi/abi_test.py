@@ -131,9 +131,12 @@ class Abi(unittest.TestCase):
                      "SPLAT_SH_CONSTANT")
 
     def test_changed_soname(self) -> None:
-        """A new major version has another SONAME, and so needs a new dump."""
+        """A new major version, before 1.0 a new minor one, has another SONAME, and so needs a new dump."""
+        self.change("core", r"#define SPLAT_VERSION_MINOR 1", "#define SPLAT_VERSION_MINOR 2")
+        self.assertEqual(abi.soname(self.include), "libsplat.so.0.2")
         self.refused("core", r"#define SPLAT_VERSION_MAJOR 0", "#define SPLAT_VERSION_MAJOR 1",
                      "SONAME")
+        self.assertEqual(abi.soname(self.include), "libsplat.so.1")
 
 
 if __name__ == "__main__":

@@ -33,19 +33,24 @@ installed)
 *) die "unknown mode $mode" ;;
 esac
 
+libs=
 # build <name> <file> <compiler and flags>...
 build() {
     name=$1
     file=$2
     shift 2
     # shellcheck disable=SC2086  # lists of words
-    "$@" -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror "$file" $flags -lm ${LDFLAGS:-} -o "$temp/$name" ||
+    "$@" -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror "$file" $flags $libs -lm ${LDFLAGS:-} -o "$temp/$name" ||
         die "$name does not compile"
 }
 # shellcheck disable=SC2086
 for name in render predict fit fit_photos; do
     build "$name" "$source_dir/bindings/c/$name.c" "$cc" -std=c11 ${CFLAGS:-}
 done
+libs=-lvulkan
+# shellcheck disable=SC2086
+build engine "$source_dir/bindings/c/engine.c" "$cc" -std=c11 ${CFLAGS:-}
+libs=
 # shellcheck disable=SC2086
 build first "$source_dir/bindings/c/first.cpp" "$CXX" -std=c++11 -Wold-style-cast ${CXXFLAGS:-}
 # shellcheck disable=SC2016  # the backquotes are those of Markdown
@@ -64,6 +69,15 @@ for i in 0 1 2 3 4 5 6 7; do
     [ "$(head -c 4 view_$i.png | tail -c 3)" = PNG ] || die "view_$i.png is no PNG"
 done
 ! cmp -s view_0.png view_2.png || die "two views are the same picture"
+# The same views as of `render`, from a device of the program, under the validation layer, which prints what it finds.
+VK_INSTANCE_LAYERS=VK_LAYER_KHRONOS_validation \
+    VK_LAYER_ENABLES=VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT \
+    "$temp/engine" scene.ply turn_ >turn.log 2>&1 || die "engine: $(cat turn.log)"
+[ "$(cat turn.log)" = "4 frames, 1 of them waited for" ] || die "engine: $(cat turn.log)"
+for i in 0 1 2 3; do
+    cmp turn_$i.png view_$((2 * i)).png || die "engine draws another picture"
+done
+rm turn_?.png
 "$temp/readme" || die "the program of README.md"
 [ "$(head -c 4 first.png | tail -c 3)" = PNG ] || die "first.png is no PNG"
 mv first.png first_c.png

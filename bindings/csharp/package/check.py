@@ -2,11 +2,12 @@
 """Check the listing and the manifest of a package of pack.py, unpack it, and check that its libsplat.so
 finds what it needs in the package.
 
-    check.py Splat.0.1.0.nupkg FOLDER
+    check.py Libsplat.0.1.0.nupkg FOLDER
 """
 
 from __future__ import annotations
 
+import re
 import sys
 import xml.etree.ElementTree as xml
 import zipfile
@@ -14,15 +15,22 @@ from pathlib import Path
 
 from pack import dynamic, needed
 
-NATIVE = "runtimes/linux-x64/native/"
+LINUX = "runtimes/linux-x64/native/"
+WINDOWS = "runtimes/win-x64/native/libsplat.dll"
+NET8 = "lib/net8.0/Splat.dll"
 EXPECTED = {
-    "Splat.nuspec", "LICENSE", "README.md", "[Content_Types].xml", "_rels/.rels",
-    "lib/netstandard2.0/Splat.dll", "lib/netstandard2.0/Splat.xml",
-    "runtimes/linux-x64/native/libsplat.so",
-} | {"runtimes/linux-x64/share/libsplat/weights/" + path for path in (
+    "Libsplat.nuspec", "LICENSE", "README.md", "THIRD-PARTY.md", "[Content_Types].xml", "_rels/.rels",
+    "buildTransitive/Libsplat.targets", "lib/netstandard2.0/Splat.dll", "lib/netstandard2.0/Splat.xml",
+    LINUX + "libsplat.so",
+} | {"runtimes/share/libsplat/weights/" + path for path in (
     "cars64/weights.safetensors", "cars64/chairs.safetensors", "cars64/chairs.json", "cars64/config.json",
     "cars64/cars64.yaml", "cars64/README.md", "cars64/chairs.md",
     "cars64-depth-normal/weights.safetensors", "cars64-depth-normal/config.json", "cars64-depth-normal/README.md")}
+# What splat.dll has inside (tools/windows/libraries) and the runtime of its compiler.
+INSIDE = ("zlib", "libpng1.6", "libjpeg-turbo", "libwebp", "libzstd", "libyaml", "xz-utils", "giflib",
+          "gcc-mingw-w64-base", "mingw-w64-common")
+# Libraries that each Windows has.
+SYSTEM_DLL = re.compile(rb"(?i)^(kernel32|msvcrt|ntdll|user32|advapi32|shell32|ole32|ucrtbase|api-ms-win-[\w-]+)\.dll$")
 NUSPEC = "{http://schemas.microsoft.com/packaging/2013/05/nuspec.xsd}"
 TYPES = "{http://schemas.openxmlformats.org/package/2006/content-types}"
 
@@ -31,27 +39,55 @@ def problems(package: zipfile.ZipFile, name: str) -> list[str]:
     """Sentences on what is wrong with a package of that file name."""
     found = []
     names = set(package.namelist())
-    bundled = {path for path in names - EXPECTED if path.startswith(NATIVE)}
-    texts = {path.replace(NATIVE, "licenses/") + ".txt" for path in bundled}
-    found += [f"{path} is missing" for path in sorted(texts - names)]
-    names -= bundled | texts
-    found += [f"{path} is missing" for path in sorted(EXPECTED - names)]
-    found += [f"{path} is not expected" for path in sorted(names - EXPECTED)]
+    expected = set(EXPECTED)
+    if WINDOWS in names:
+        expected |= {WINDOWS, *(f"licenses/win-x64/{each}.txt" for each in INSIDE)}
+    if NET8 in names:
+        expected |= {NET8, NET8.replace(".dll", ".xml")}
+    bundled = {path for path in names - expected if path.startswith(LINUX)}
+    texts = {path.replace(LINUX, "licenses/") + ".txt" for path in bundled}
+    found += [f"{path} is missing" for path in sorted((texts | expected) - names)]
+    found += [f"{path} is not expected" for path in sorted(names - expected - bundled - texts)]
     if found:
         return found
-    metadata = xml.fromstring(package.read("Splat.nuspec")).find(f"{NUSPEC}metadata")
+    metadata = xml.fromstring(package.read("Libsplat.nuspec")).find(f"{NUSPEC}metadata")
     version = "" if metadata is None else metadata.findtext(f"{NUSPEC}version")
-    if not name.endswith(f"Splat.{version}.nupkg"):
+    if not name.endswith(f"Libsplat.{version}.nupkg"):
         found.append(f"the manifest has version {version}, the file is {name}")
     known = {entry.get("Extension") for entry in xml.fromstring(
         package.read("[Content_Types].xml")).iter(f"{TYPES}Default")}
-    for path in sorted((names | bundled | texts) - {"LICENSE", "[Content_Types].xml"}):
+    for path in sorted(names - {"LICENSE", "[Content_Types].xml"}):
         if path.rsplit(".", 1)[1] not in known:
             found.append(f"[Content_Types].xml has no type for {path}")
-    if package.read("lib/netstandard2.0/Splat.dll")[:2] != b"MZ":
-        found.append("Splat.dll is no assembly")
-    if package.read("runtimes/linux-x64/native/libsplat.so")[:4] != b"\x7fELF":
-        found.append("libsplat.so is no library")
+    for path in sorted(names):
+        start = {".dll": b"MZ", ".so": b"\x7fELF"}.get(Path(path).suffix, b"")
+        if not package.read(path).startswith(start):
+            found.append(f"{path} is no library")
+    return found + (problems_of_dll(package.read(WINDOWS)) if WINDOWS in names else [])
+
+
+def problems_of_dll(data: bytes) -> list[str]:
+    """Sentences on libraries that a DLL imports and not each Windows has. Names stand in its table of imports."""
+    def number(at: int, size: int = 4) -> int:
+        return int.from_bytes(data[at:at + size], "little")
+
+    # The layout is that of Microsoft's description of the PE format, for 64 bits.
+    head = number(0x3C)
+    sections = [head + 24 + number(head + 20, 2) + 40 * i for i in range(number(head + 6, 2))]
+
+    def offset(address: int) -> int:
+        for at in sections:
+            if number(at + 12) <= address < number(at + 12) + number(at + 16):
+                return address - number(at + 12) + number(at + 20)
+        raise ValueError(f"no section of libsplat.dll has the address {address:#x}")
+
+    found, at = [], offset(number(head + 24 + 120))
+    while number(at + 12):
+        start = offset(number(at + 12))
+        name = data[start:data.index(b"\0", start)]
+        if not SYSTEM_DLL.match(name):
+            found.append(f"libsplat.dll needs {name.decode()}, which is not in the package")
+        at += 20
     return found
 
 
@@ -77,7 +113,7 @@ def main() -> int:
         for path in sorted(package.namelist()):
             print(path)
         package.extractall(folder)
-        found = problems(package, name) or problems_of_libraries(Path(folder) / NATIVE)
+        found = problems(package, name) or problems_of_libraries(Path(folder) / LINUX)
     for sentence in found:
         print(f"check.py: {sentence}", file=sys.stderr)
     return 1 if found else 0

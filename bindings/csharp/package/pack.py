@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""Make the NuGet package of the C# binding: a zip with the assembly, the library, what that needs, and
-its weights.
+"""Make the NuGet package of the C# binding: a zip with the assemblies, the libraries for Linux and Windows, what these
+need, and the weights.
 
-    pack.py --assembly Splat.dll --library libsplat.so --weights FOLDER --output FOLDER
+    pack.py --library libsplat.so --weights FOLDER [--windows splat.dll [--windows-sources FOLDER]] \\
+        (--assembly Splat.dll [--net8 Splat.dll] --output FOLDER | --files FOLDER)
 
-The assembly is best that of `dotnet build`. One of mcs runs with mono only, which is said. What the
-library needs beyond the system's C and C++ libraries is packed beside it, where its RUNPATH $ORIGIN
-finds it; the licences of these are in licenses/. Of programs it needs `ldd` and `readelf`.
+The assemblies are best those of `dotnet build`; one of mcs runs with mono only, which is said. With --files all
+but the assemblies is laid into a folder, from which `dotnet pack` makes the package. What libsplat.so needs beyond the
+system's C and C++ libraries is packed beside it, where its RUNPATH $ORIGIN finds it. licenses/ has the licences of
+these, and of what splat.dll has inside: the debian/copyright of the sources that tools/windows/libraries unpacked. Of
+programs it needs `ldd` and `readelf`. The same files make the same bytes.
 """
 
 from __future__ import annotations
@@ -30,7 +33,7 @@ DATE = (1980, 1, 1, 0, 0, 0)
 RELATIONS = """<?xml version="1.0" encoding="utf-8"?>
 <Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
   <Relationship Type="http://schemas.microsoft.com/packaging/2010/07/manifest"
-                Target="/Splat.nuspec" Id="R1" />
+                Target="/Libsplat.nuspec" Id="R1" />
 </Relationships>
 """
 TYPES = """<?xml version="1.0" encoding="utf-8"?>
@@ -73,33 +76,73 @@ def bundled(library: Path) -> dict[str, Path]:
     return libraries
 
 
-def contents(arguments: argparse.Namespace) -> dict[str, bytes]:
-    """Path in the package to bytes. The library finds its weights two folders above it, in share."""
-    assembly = Path(arguments.assembly)
-    number = version()
-    nuspec = (HERE / "Splat.nuspec.in").read_text(encoding="utf-8").replace("@VERSION@", number)
-    runtime = f"runtimes/{arguments.rid}"
+GROUP = """      <group targetFramework="{framework}">
+{dependencies}      </group>
+"""
+DEPENDENCIES = {"netstandard2.0": (".NETStandard2.0", {"System.Memory": "4.5.5", "System.Numerics.Vectors": "4.5.0"}),
+                "net8.0": ("net8.0", {})}
+
+
+def native(arguments: argparse.Namespace) -> dict[str, bytes]:
+    """What `dotnet pack` does not know: libraries, licences, weights, and the targets that copy these."""
     files = {
-        "Splat.nuspec": nuspec.encode(),
-        "LICENSE": (ROOT / "LICENSE").read_bytes(),
-        "README.md": (HERE.parent / "README.md").read_bytes(),
-        "lib/netstandard2.0/Splat.dll": assembly.read_bytes(),
-        f"{runtime}/native/libsplat.so": Path(arguments.library).read_bytes(),
+        "THIRD-PARTY.md": (ROOT / "THIRD-PARTY.md").read_bytes(),
+        "buildTransitive/Libsplat.targets": (HERE / "Libsplat.targets").read_bytes(),
+        "runtimes/linux-x64/native/libsplat.so": Path(arguments.library).read_bytes(),
     }
     for name, path in sorted(bundled(Path(arguments.library)).items()):
-        files[f"{runtime}/native/{name}"] = path.read_bytes()
+        files[f"runtimes/linux-x64/native/{name}"] = path.read_bytes()
         texts = licences({name: path})
         if not texts:
             print(f"pack.py: no licence of {name} is known here; add it to the package as "
                   f"licenses/{name}.txt", file=sys.stderr)
         for text in texts.values():
             files[f"licenses/{name}.txt"] = text
-    documentation = assembly.with_suffix(".xml")
-    if documentation.exists():
-        files["lib/netstandard2.0/Splat.xml"] = documentation.read_bytes()
+    if arguments.windows:
+        # Splat.dll is the assembly, and Windows ignores case.
+        files["runtimes/win-x64/native/libsplat.dll"] = Path(arguments.windows).read_bytes()
+        files.update(windows_licences(Path(arguments.windows_sources)))
+    # A library in the folder of the package finds them two folders above it, in share.
     weights = Path(arguments.weights)
-    for path in sorted(weights.glob("*/*")):
-        files[f"{runtime}/share/libsplat/weights/{path.relative_to(weights)}"] = path.read_bytes()
+    paths = sorted(weights.glob("*/*"))
+    if not any(path.name == "weights.safetensors" for path in paths):
+        raise PackError(f"{weights} has no folders of built-in weights, expected such as cars64: name tools/weights of "
+                        "a build")
+    files.update((f"runtimes/share/libsplat/weights/{path.relative_to(weights)}", path.read_bytes()) for path in paths)
+    return files
+
+
+def windows_licences(sources: Path) -> dict[str, bytes]:
+    """The licences of what splat.dll has inside: the libraries and the runtime of the compiler."""
+    texts = {path.parent.parent.name: path for path in sorted(sources.glob("source/*/debian/copyright"))}
+    if not texts:
+        raise PackError(f"{sources} has no source/*/debian/copyright, which are the licences of what splat.dll has "
+                        "inside; name the folder of tools/windows/libraries with --windows-sources")
+    for package in ("gcc-mingw-w64-base", "mingw-w64-common"):
+        texts[package] = Path("/usr/share/doc") / package / "copyright"
+        if not texts[package].is_file():
+            raise PackError(f"there is no {texts[package]}, the licence of the compiler's runtime in splat.dll: "
+                            f"apt-get install {package}")
+    return {f"licenses/win-x64/{name}.txt": path.read_bytes() for name, path in texts.items()}
+
+
+def contents(arguments: argparse.Namespace) -> dict[str, bytes]:
+    """Path in the package to bytes."""
+    files = {"LICENSE": (ROOT / "LICENSE").read_bytes(), "README.md": (HERE.parent / "README.md").read_bytes(),
+             **native(arguments)}
+    groups = ""
+    for target, name in (("netstandard2.0", arguments.assembly), ("net8.0", arguments.net8)):
+        if not name:
+            continue
+        framework, dependencies = DEPENDENCIES[target]
+        groups += GROUP.format(framework=framework, dependencies="".join(
+            f'        <dependency id="{each}" version="{number}" />\n' for each, number in dependencies.items()))
+        files[f"lib/{target}/Splat.dll"] = Path(name).read_bytes()
+        documentation = Path(name).with_suffix(".xml")
+        if documentation.exists():
+            files[f"lib/{target}/Splat.xml"] = documentation.read_bytes()
+    nuspec = (HERE / "Libsplat.nuspec.in").read_text(encoding="utf-8")
+    files["Libsplat.nuspec"] = nuspec.replace("@VERSION@", version()).replace("@GROUPS@", groups).encode()
     extensions = sorted({name.rsplit(".", 1)[1] for name in files if "." in name.rsplit("/", 1)[-1]})
     defaults = "".join(f'  <Default Extension="{extension}" ContentType="application/octet" />\n'
                        for extension in extensions)
@@ -109,24 +152,37 @@ def contents(arguments: argparse.Namespace) -> dict[str, bytes]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--assembly", required=True, help="Splat.dll; Splat.xml beside it is taken too")
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n", 1)[0])
+    parser.add_argument("--assembly", help="Splat.dll for netstandard2.0; Splat.xml beside it is taken too")
+    parser.add_argument("--net8", help="Splat.dll for net8.0, alike")
     parser.add_argument("--library", required=True, help="libsplat.so")
+    parser.add_argument("--windows", help="splat.dll")
+    parser.add_argument("--windows-sources", default=ROOT / "build" / "windows-libraries",
+                        help="the folder of tools/windows/libraries; default: build/windows-libraries")
     parser.add_argument("--weights", required=True, help="folder of the folders of built-in weights")
-    parser.add_argument("--rid", default="linux-x64", help="runtime identifier of the library")
-    parser.add_argument("--output", required=True, help="folder for the package")
+    parser.add_argument("--output", help="folder for the package; needs --assembly")
+    parser.add_argument("--files", help="instead: folder for what dotnet pack takes")
     arguments = parser.parse_args()
+    if bool(arguments.files) == bool(arguments.output) or bool(arguments.output) != bool(arguments.assembly):
+        parser.error("give --assembly and --output for a package, or --files for what dotnet pack takes")
     try:
-        files = contents(arguments)
+        files = native(arguments) if arguments.files else contents(arguments)
     except (PackError, WheelError, OSError) as error:
         print(f"pack.py: {error}", file=sys.stderr)
         return 1
+    if arguments.files:
+        for name, data in files.items():
+            path = Path(arguments.files) / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+        print(arguments.files)
+        return 0
     if b"netstandard" not in files["lib/netstandard2.0/Splat.dll"]:
         print("pack.py: this Splat.dll was compiled for mono; for .NET build Splat.csproj and pack "
               "that one", file=sys.stderr)
-    path = Path(arguments.output) / f"Splat.{version()}.nupkg"
+    path = Path(arguments.output) / f"Libsplat.{version()}.nupkg"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as package:
-        for name, data in files.items():
+        for name, data in sorted(files.items()):
             package.writestr(zipfile.ZipInfo(name, DATE), data, zipfile.ZIP_DEFLATED)
     print(path)
     return 0

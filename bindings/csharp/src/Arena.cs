@@ -20,14 +20,14 @@ namespace Splat
         }
 
         /// <summary>NUL-terminated UTF-8; NULL for null. `name` is that of the argument.</summary>
-        internal byte* Optional(string text, string name) => text == null ? null : Text(text, name);
+        internal byte* Optional(string? text, string name) => text == null ? null : Text(text, name);
 
         /// <summary>The same of an argument that must be there.</summary>
-        internal byte* Text(string text, string name) =>
+        internal byte* Text(string? text, string name) =>
             (byte*)Pin(Splat.Text.Bytes(Check.NotNull(text, name), name));
 
         /// <summary>An array of such texts; NULL for null. `name` is that of the argument.</summary>
-        internal byte** Texts(IReadOnlyList<string> texts, string name)
+        internal byte** Texts(IReadOnlyList<string>? texts, string name)
         {
             if (texts == null) return null;
             var pointers = new IntPtr[texts.Count];
@@ -37,7 +37,7 @@ namespace Splat
         }
 
         /// <summary>The elements of an array; NULL for null.</summary>
-        internal void* Pin(Array array)
+        internal void* Pin(Array? array)
         {
             if (array == null) return null;
             GCHandle pin = GCHandle.Alloc(array, GCHandleType.Pinned);
@@ -53,7 +53,7 @@ namespace Splat
         }
 
         /// <summary>The handle of an object, kept until the end of the call; NULL for null.</summary>
-        internal IntPtr Hold<T>(NativeObject<T> item) where T : SafeHandle
+        internal IntPtr Hold<T>(NativeObject<T>? item) where T : SafeHandle
         {
             if (item == null) return IntPtr.Zero;
             T handle = item.Handle;
@@ -64,7 +64,7 @@ namespace Splat
         }
 
         /// <summary>Handles of several objects; NULL for null. With a name, none of them is null.</summary>
-        internal IntPtr* HoldAll<T>(IReadOnlyList<NativeObject<T>> items, string name = null) where T : SafeHandle
+        internal IntPtr* HoldAll<T>(IReadOnlyList<NativeObject<T>>? items, string? name = null) where T : SafeHandle
         {
             if (items == null) return null;
             var handles = new IntPtr[items.Count];

@@ -22,7 +22,7 @@ namespace Splat
         /// <summary>From the centre, scene units; 0: the scene fills the image.</summary>
         public double Distance { get; set; }
         /// <summary>A direction of the world; null: 0, -1, 0.</summary>
-        public double[] Up { get; set; }
+        public double[]? Up { get; set; }
     }
 
     /// <summary>How to read a file of cameras.</summary>
@@ -69,7 +69,7 @@ namespace Splat
         /// 16 numbers, row-major; axes of the camera: x right, y down, z forward; null: identity
         /// </param>
         public Camera(int width, int height, double fx, double fy, double cx, double cy,
-                      IReadOnlyList<double> worldToCamera = null)
+                      IReadOnlyList<double>? worldToCamera = null)
             : this(Checked(new splat_camera
             {
                 width = Check.Unsigned(width, nameof(width)),
@@ -91,7 +91,7 @@ namespace Splat
             Check.Numbers<double>(m, 16, nameof(worldToCamera));
             double size = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
                           m[2] * (m[4] * m[9] - m[5] * m[8]);
-            string problem = m.Any(v => double.IsNaN(v) || double.IsInfinity(v)) ? "numbers that are not finite"
+            string? problem = m.Any(v => double.IsNaN(v) || double.IsInfinity(v)) ? "numbers that are not finite"
                 : !m.Skip(12).SequenceEqual(Identity.Skip(12)) ? "another last row than 0 0 0 1: is it transposed?"
                 : !(size > 1e-9) ? "a rotation whose determinant is not about 1" : null;
             if (problem != null) throw new ArgumentException("the pose has " + problem, nameof(worldToCamera));
@@ -111,7 +111,7 @@ namespace Splat
 
         /// <summary>This camera with some numbers changed; null: as it is.</summary>
         public Camera With(int? width = null, int? height = null, double? fx = null, double? fy = null,
-                           double? cx = null, double? cy = null, IReadOnlyList<double> worldToCamera = null) =>
+                           double? cx = null, double? cy = null, IReadOnlyList<double>? worldToCamera = null) =>
             new Camera(width ?? Width, height ?? Height, fx ?? Fx, fy ?? Fy, cx ?? Cx, cy ?? Cy,
                        worldToCamera ?? WorldToCamera);
 
@@ -132,9 +132,10 @@ namespace Splat
         public IReadOnlyList<double> WorldToCamera { get; }
 
         /// <inheritdoc/>
-        public override bool Equals(Camera other)  // by hand: cameras are many
+        public override bool Equals(Camera? other)  // by hand: cameras are many
         {
-            bool same = !ReferenceEquals(other, null) && Numbers.Equals(other.Numbers);
+            if (ReferenceEquals(other, null)) return false;
+            bool same = Numbers.Equals(other.Numbers);
             for (int i = 0; same && i < 16; ++i) same = WorldToCamera[i].Equals(other.WorldToCamera[i]);
             return same;
         }
@@ -147,10 +148,9 @@ namespace Splat
 
         internal splat_camera ToNative() => native;
 
-        /// <summary>Cameras as the library takes them; null for null.</summary>
+        /// <summary>Cameras as the library takes them.</summary>
         internal static splat_camera[] ToNative(IReadOnlyList<Camera> cameras)
         {
-            if (cameras == null) return null;
             var natives = new splat_camera[cameras.Count];
             for (int i = 0; i < natives.Length; ++i)
                 natives[i] = Check.NotNull(cameras[i], "cameras[" + i + "]").native;
@@ -209,7 +209,7 @@ namespace Splat
         }
 
         /// <summary>Cameras at equal angles on a circle around the centre of a scene.</summary>
-        public static Camera[] Orbit(Scene scene, int count, OrbitOptions options = null)
+        public static Camera[] Orbit(Scene scene, int count, OrbitOptions? options = null)
         {
             Check.NotNull(scene, nameof(scene));
             options = options ?? new OrbitOptions();
@@ -254,7 +254,7 @@ namespace Splat
         }
 
         /// <summary>Read a NeRF transforms.json, or a COLMAP model's folder.</summary>
-        public static Camera[] Load(string path, CameraFileOptions options = null)
+        public static Camera[] Load(string path, CameraFileOptions? options = null)
         {
             using (var arena = new Arena())
             {
@@ -269,7 +269,7 @@ namespace Splat
         }
 
         /// <summary>JSON: names of the images in the order of the cameras, and warnings.</summary>
-        public static string LoadReportJson(string path, CameraFileOptions options = null)
+        public static string LoadReportJson(string path, CameraFileOptions? options = null)
         {
             using (var arena = new Arena())
             {
@@ -288,7 +288,7 @@ namespace Splat
         /// of its images.
         /// </summary>
         public static Camera[] FromBytes(ReadOnlyMemory<byte> cameraFile,
-            ReadOnlyMemory<byte> imageFile = default(ReadOnlyMemory<byte>), CameraFileOptions options = null)
+            ReadOnlyMemory<byte> imageFile = default(ReadOnlyMemory<byte>), CameraFileOptions? options = null)
         {
             using (var arena = new Arena())
             {
@@ -305,7 +305,7 @@ namespace Splat
 
         /// <summary>The report on such bytes, see LoadReportJson.</summary>
         public static string BytesReportJson(ReadOnlyMemory<byte> cameraFile,
-            ReadOnlyMemory<byte> imageFile = default(ReadOnlyMemory<byte>), CameraFileOptions options = null)
+            ReadOnlyMemory<byte> imageFile = default(ReadOnlyMemory<byte>), CameraFileOptions? options = null)
         {
             using (var arena = new Arena())
             {
@@ -325,7 +325,7 @@ namespace Splat
         /// <param name="cameras">one frame each</param>
         /// <param name="names">paths of the images, as many as cameras; null: empty ones</param>
         public static void Save(string path, IReadOnlyList<Camera> cameras,
-                                IReadOnlyList<string> names = null)
+                                IReadOnlyList<string>? names = null)
         {
             splat_camera[] natives = ToSave(cameras, names);
             using (var arena = new Arena())
@@ -336,7 +336,7 @@ namespace Splat
 
         /// <summary>The bytes of such a file.</summary>
         public static byte[] ToBytes(IReadOnlyList<Camera> cameras,
-            IReadOnlyList<string> names = null)
+            IReadOnlyList<string>? names = null)
         {
             splat_camera[] natives = ToSave(cameras, names);
             using (var arena = new Arena())
@@ -349,7 +349,7 @@ namespace Splat
         }
 
         private static splat_camera[] ToSave(IReadOnlyList<Camera> cameras,
-            IReadOnlyList<string> names)
+            IReadOnlyList<string>? names)
         {
             splat_camera[] natives = ToNative(Check.NotNull(cameras, nameof(cameras)));
             if (names != null && names.Count != cameras.Count)

@@ -29,27 +29,27 @@ namespace Splat
     /// <summary>Scores of a method: a path or an array, either of which converts to it.</summary>
     public sealed class ScoreSet
     {
-        private readonly string path;
-        private readonly Score[] scores;
+        private readonly string? path;
+        private readonly Score[]? scores;
 
-        private ScoreSet(string path, Score[] scores)
+        private ScoreSet(string? path, Score[]? scores)
         {
             this.path = path;
             this.scores = scores;
         }
 
         /// <summary>per_object.csv, scores.txt, results.json, or a folder of them.</summary>
-        public static implicit operator ScoreSet(string path) =>
+        public static implicit operator ScoreSet?(string? path) =>
             path == null ? null : new ScoreSet(path, null);
 
         /// <summary>Scores in memory.</summary>
-        public static implicit operator ScoreSet(Score[] scores) =>
+        public static implicit operator ScoreSet?(Score[]? scores) =>
             scores == null ? null : new ScoreSet(null, scores);
 
         internal unsafe splat_score_set ToNative(Arena arena)
         {
-            var natives = scores == null ? null : new splat_score[scores.Length];
-            for (int i = 0; natives != null && i < natives.Length; ++i)
+            splat_score[]? natives = scores == null ? null : new splat_score[scores.Length];
+            for (int i = 0; scores != null && natives != null && i < natives.Length; ++i)
             {
                 Score score = Check.NotNull(scores[i], "scores[" + i + "]");
                 natives[i] = new splat_score

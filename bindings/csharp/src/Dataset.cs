@@ -2,6 +2,8 @@ using System;
 using System.Collections.Generic;
 using System.Globalization;
 using System.Runtime.ExceptionServices;
+using System.Threading;
+using System.Threading.Tasks;
 using Splat.Interop;
 
 namespace Splat
@@ -11,17 +13,17 @@ namespace Splat
     {
         /// <summary>"store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; null: by
         /// the folder.</summary>
-        public string Format { get; set; }
+        public string? Format { get; set; }
         /// <summary>"train", "val", "test"; null: train.</summary>
-        public string Split { get; set; }
+        public string? Split { get; set; }
         /// <summary>"cars", "hydrants", where there are several; null: the only one.</summary>
-        public string Category { get; set; }
+        public string? Category { get; set; }
         /// <summary>The objects of "objaverse" in their order, a JSON array of names.</summary>
-        public string ObjectsFile { get; set; }
+        public string? ObjectsFile { get; set; }
         /// <summary>Names of sequences of "co3d" to leave out.</summary>
-        public string ExcludedFile { get; set; }
+        public string? ExcludedFile { get; set; }
         /// <summary>Test objects of "nmr" and their source views.</summary>
-        public string ViewsFile { get; set; }
+        public string? ViewsFile { get; set; }
         /// <summary>Pixels of the images, which are square; 0: as stored.</summary>
         public int Resolution { get; set; }
         /// <summary>Only the first objects; 0: all.</summary>
@@ -29,7 +31,7 @@ namespace Splat
         /// <summary>For decoded images; 0: 1 GiB.</summary>
         public long CacheBytes { get; set; }
         /// <summary>Behind transparent pixels, 3 numbers 0 to 1; null: black.</summary>
-        public float[] Background { get; set; }
+        public float[]? Background { get; set; }
         /// <summary>Maps that are required, leniency.</summary>
         public DataFlags Flags { get; set; }
     }
@@ -52,30 +54,30 @@ namespace Splat
     public sealed class DatasetViews
     {
         /// <summary>[n,3,R,R] 0 to 1.</summary>
-        public float[] Images { get; internal set; }
+        public float[] Images { get; internal set; } = Array.Empty<float>();
         /// <summary>[n,1,R,R] 0 to 1, larger is nearer; null unless asked for, so the next two.</summary>
-        public float[] Depths { get; internal set; }
+        public float[]? Depths { get; internal set; }
         /// <summary>[n,3,R,R] (normal + 1) / 2, in the camera's axes.</summary>
-        public float[] Normals { get; internal set; }
+        public float[]? Normals { get; internal set; }
         /// <summary>[n,1,R,R] 0 to 1.</summary>
-        public float[] Masks { get; internal set; }
+        public float[]? Masks { get; internal set; }
         /// <summary>[n,16] row vectors; the world is the frame of the first view.</summary>
-        public float[] ViewToWorld { get; internal set; }
+        public float[] ViewToWorld { get; internal set; } = Array.Empty<float>();
         /// <summary>[n,4] w x y z of that rotation.</summary>
-        public float[] Quaternions { get; internal set; }
+        public float[] Quaternions { get; internal set; } = Array.Empty<float>();
         /// <summary>[n,2] pixels.</summary>
-        public float[] Focals { get; internal set; }
+        public float[] Focals { get; internal set; } = Array.Empty<float>();
         /// <summary>[n] of the origin along the camera's axis (CO3D), else 0.</summary>
-        public float[] OriginDistances { get; internal set; }
+        public float[] OriginDistances { get; internal set; } = Array.Empty<float>();
     }
 
     /// <summary>Numbers of a set of procedural objects, see Dataset.WriteSynthetic.</summary>
     public sealed class SyntheticOptions
     {
         /// <summary>Folder to write to.</summary>
-        public string Path { get; set; }
+        public string? Path { get; set; }
         /// <summary>"cars", "chairs", "mixed"; null: cars.</summary>
-        public string Category { get; set; }
+        public string? Category { get; set; }
         /// <summary>Seed of all random choices.</summary>
         public long Seed { get; set; }
         /// <summary>Pixels, 8 to 2048; 0: 128.</summary>
@@ -96,11 +98,11 @@ namespace Splat
     public sealed class TableOptions
     {
         /// <summary>Folder of the store; null: where a Dataset of the tables looks.</summary>
-        public string Out { get; set; }
+        public string? Out { get; set; }
         /// <summary>"train", "val", "test"; null: train.</summary>
-        public string Split { get; set; }
+        public string? Split { get; set; }
         /// <summary>DuckDB's library; null: SPLAT_DUCKDB_LIBRARY, or found.</summary>
-        public string DuckDb { get; set; }
+        public string? DuckDb { get; set; }
         /// <summary>Remove an import of other tables in the folder.</summary>
         public bool Replace { get; set; }
         /// <summary>
@@ -116,15 +118,15 @@ namespace Splat
     public sealed class ExportOptions
     {
         /// <summary>"tables", "srn", "images", "store"; null: tables.</summary>
-        public string Layout { get; set; }
+        public string? Layout { get; set; }
         /// <summary>Split to write; null: that of the data set.</summary>
-        public string Split { get; set; }
+        public string? Split { get; set; }
         /// <summary>In names of folders and configurations; null: cars.</summary>
-        public string Category { get; set; }
+        public string? Category { get; set; }
         /// <summary>DuckDB's library; null: SPLAT_DUCKDB_LIBRARY, or found.</summary>
-        public string DuckDb { get; set; }
+        public string? DuckDb { get; set; }
         /// <summary>Numbers of objects; null: all.</summary>
-        public IReadOnlyList<int> Objects { get; set; }
+        public IReadOnlyList<int>? Objects { get; set; }
         /// <summary>Parts of a store, see TableOptions.</summary>
         public int Shards { get; set; }
         /// <summary>The part to write, see TableOptions.</summary>
@@ -149,7 +151,7 @@ namespace Splat
         }
 
         /// <summary>Open the data set in a folder.</summary>
-        public Dataset(string path, DatasetOptions options = null)
+        public Dataset(string path, DatasetOptions? options = null)
             : base(Create(path, options ?? new DatasetOptions()))
         {
             Resolution = Number("resolution");
@@ -273,7 +275,7 @@ namespace Splat
         /// that are there are kept.
         /// </summary>
         public static void PrepareCo3d(string raw, string output, string category,
-                                       string split = null, int size = 0, int limit = 0,
+                                       string? split = null, int size = 0, int limit = 0,
                                        Co3dFlags flags = 0)
         {
             using (var arena = new Arena())
@@ -297,8 +299,8 @@ namespace Splat
         /// Copy a split of tables in Parquet files to a store, which a Dataset reads fast. What
         /// `progress` throws ends the import, which goes on when it is called again.
         /// </summary>
-        public static void ImportTables(string path, TableOptions options = null,
-                                        Action<long, long> progress = null)
+        public static void ImportTables(string path, TableOptions? options = null,
+                                        Action<long, long>? progress = null)
         {
             options = options ?? new TableOptions();
             using (var arena = new Arena())
@@ -319,17 +321,32 @@ namespace Splat
             }
         }
 
+        /// <summary>The same on another thread; `progress` has the objects that are done, and all.</summary>
+        public static Task ImportTablesAsync(string path, TableOptions? options = null,
+            IProgress<(long Done, long Total)>? progress = null,
+            CancellationToken token = default(CancellationToken)) =>
+            Task.Run(() => ImportTables(path, options, Reported(progress, token)), token);
+
+        // What cancels is thrown by the callback, which ends the call.
+        private static Action<long, long> Reported(IProgress<(long Done, long Total)>? progress,
+                                                   CancellationToken token) => (done, total) =>
+        {
+            token.ThrowIfCancellationRequested();
+            progress?.Report((done, total));
+        };
+
         /// <summary>
         /// Write objects with their cameras, images and maps, as 8 bits at the data set's
         /// resolution.
         /// </summary>
-        public void Export(string path, ExportOptions options = null,
-                           Action<long, long> progress = null)
+        public void Export(string path, ExportOptions? options = null,
+                           Action<long, long>? progress = null)
         {
             options = options ?? new ExportOptions();
             using (var arena = new Arena())
             {
-                uint[] numbers = options.Objects == null ? null : ViewNumbers(options.Objects, nameof(options.Objects));
+                uint[]? numbers = options.Objects == null
+                    ? null : ViewNumbers(options.Objects, nameof(options.Objects));
                 if (numbers != null && numbers.Length == 0)
                     throw new ArgumentException("Objects is empty; null exports all", nameof(options));
                 var desc = new splat_dataset_export_desc
@@ -350,11 +367,17 @@ namespace Splat
             }
         }
 
+        /// <summary>The same on another thread; `progress` has the objects that are done, and all.</summary>
+        public Task ExportAsync(string path, ExportOptions? options = null,
+            IProgress<(long Done, long Total)>? progress = null,
+            CancellationToken token = default(CancellationToken)) =>
+            Task.Run(() => Export(path, options, Reported(progress, token)), token);
+
         /// <summary>Call the library; an exception of `progress` is thrown at the end.</summary>
-        private static void Run(Action<long, long> progress,
+        private static void Run(Action<long, long>? progress,
                                 Func<splat_progress_callback, ResultCode> call)
         {
-            Exception thrown = null;
+            Exception? thrown = null;
             splat_progress_callback callback = (user, done, total) =>
             {
                 try

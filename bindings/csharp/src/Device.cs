@@ -1,6 +1,7 @@
 using System;
 using System.Collections.Generic;
 using System.Linq;
+using System.Threading.Tasks;
 using Splat.Interop;
 
 namespace Splat
@@ -15,7 +16,7 @@ namespace Splat
         /// <summary>CPU, integrated, discrete, ...</summary>
         public DeviceKind Kind { get; set; }
         /// <summary>16 bytes of DeviceInfo.Uuid.</summary>
-        public IReadOnlyList<byte> Uuid { get; set; }
+        public IReadOnlyList<byte>? Uuid { get; set; }
         /// <summary>Which shaders to run.</summary>
         public Kernels Kernels { get; set; }
         /// <summary>Validation, times of dispatches.</summary>
@@ -28,14 +29,14 @@ namespace Splat
         /// 0.25 s.</summary>
         public TimeSpan MaxSubmit { get; set; }
         /// <summary>Folder of the pipeline cache; null: the user's, "": none.</summary>
-        public string CacheFolder { get; set; }
+        public string? CacheFolder { get; set; }
     }
 
     /// <summary>An open Vulkan device. Thread-safe: calls that use it run one after the other.</summary>
     public sealed unsafe class Device : NativeObject<SafeDeviceHandle>
     {
         /// <summary>Open a device; null: the best one.</summary>
-        public Device(DeviceOptions options = null) : base(Create(options ?? new DeviceOptions()))
+        public Device(DeviceOptions? options = null) : base(Create(options ?? new DeviceOptions()))
         {
         }
 
@@ -67,6 +68,9 @@ namespace Splat
 
         private static ulong Nanoseconds(TimeSpan time, string name) =>
             100 * Math.Min(Check.Unsigned(time.Ticks, name), ulong.MaxValue / 100);
+
+        /// <summary>Open a device on another thread, which takes seconds at a program's first time.</summary>
+        public static Task<Device> OpenAsync(DeviceOptions? options = null) => Task.Run(() => new Device(options));
 
         /// <summary>All Vulkan devices of this machine, usable or not.</summary>
         public static IReadOnlyList<DeviceInfo> All

@@ -2,6 +2,7 @@ using System;
 using System.Collections.Generic;
 using System.Runtime.InteropServices;
 using System.Threading;
+using System.Threading.Tasks;
 using Splat.Interop;
 
 namespace Splat
@@ -10,19 +11,19 @@ namespace Splat
     public sealed class EvaluatorOptions
     {
         /// <summary>What is scored; null: images of the caller.</summary>
-        public Predictor Predictor { get; set; }
+        public Predictor? Predictor { get; set; }
         /// <summary>Opened as the predictor's configuration says; null: DataPath.</summary>
-        public Dataset Dataset { get; set; }
+        public Dataset? Dataset { get; set; }
         /// <summary>A folder; both null: the configuration's data.root.</summary>
-        public string DataPath { get; set; }
+        public string? DataPath { get; set; }
         /// <summary>Split of that folder; null: test.</summary>
-        public string Split { get; set; }
+        public string? Split { get; set; }
         /// <summary>A name for what draws the images; needed without a predictor.</summary>
-        public string Method { get; set; }
+        public string? Method { get; set; }
         /// <summary>Made for the images' resolution; null: LPIPS is NaN.</summary>
-        public Lpips Lpips { get; set; }
+        public Lpips? Lpips { get; set; }
         /// <summary>Numbers of the conditioning views; null: by the protocol.</summary>
-        public IReadOnlyList<int> Conditioning { get; set; }
+        public IReadOnlyList<int>? Conditioning { get; set; }
         /// <summary>Conditioning views without a predictor; 0: 1.</summary>
         public int Inputs { get; set; }
         /// <summary>Novel views per object, evenly spread; 0: all.</summary>
@@ -39,13 +40,13 @@ namespace Splat
         /// <summary>Novel views.</summary>
         public int Novel { get; internal set; }
         /// <summary>Numbers in the data set.</summary>
-        public uint[] Numbers { get; internal set; }
+        public uint[] Numbers { get; internal set; } = Array.Empty<uint>();
         /// <summary>In the frame of the first view.</summary>
-        public IReadOnlyList<Camera> Cameras { get; internal set; }
+        public IReadOnlyList<Camera> Cameras { get; internal set; } = Array.Empty<Camera>();
         /// <summary>[n,3,R,R] targets.</summary>
-        public float[] Images { get; internal set; }
+        public float[] Images { get; internal set; } = Array.Empty<float>();
         /// <summary>[n,3,R,R] by the latest Score of this object; null unless asked for.</summary>
-        public float[] Drawn { get; internal set; }
+        public float[]? Drawn { get; internal set; }
     }
 
     /// <summary>
@@ -54,7 +55,7 @@ namespace Splat
     /// </summary>
     public sealed unsafe class Evaluator : NativeObject<SafeEvaluatorHandle>
     {
-        private readonly SafeDeviceHandle device;
+        private readonly SafeDeviceHandle? device;
 
         /// <summary>Create an evaluator.</summary>
         public Evaluator(EvaluatorOptions options) : base(Create(options))
@@ -67,7 +68,7 @@ namespace Splat
             Check.NotNull(options, nameof(options));
             using (var arena = new Arena())
             {
-                uint[] views = options.Conditioning == null
+                uint[]? views = options.Conditioning == null
                     ? null : Dataset.ViewNumbers(options.Conditioning, nameof(options.Conditioning));
                 var desc = new splat_evaluator_desc
                 {
@@ -118,6 +119,23 @@ namespace Splat
                 return new ObjectScores(&scores);
             }
         }
+
+        /// <summary>
+        /// Score all objects on another thread. Those that are scored when the token is cancelled count in the
+        /// Summary; `progress` has the scores of each.
+        /// </summary>
+        public Task<EvaluationSummary> ScoreAllAsync(IProgress<ObjectScores>? progress = null,
+            CancellationToken token = default(CancellationToken)) =>
+            Task.Run(() =>
+            {
+                int objects = Info.Objects;
+                for (int i = 0; i < objects; ++i)
+                {
+                    ObjectScores scores = Score(i, token);
+                    progress?.Report(scores);
+                }
+                return Summary;
+            }, token);
 
         /// <summary>Score images [n,3,R,R] of the views that Read gives, in their order.</summary>
         public ObjectScores ScoreImages(int objectIndex, ReadOnlySpan<float> images)

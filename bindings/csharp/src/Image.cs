@@ -33,7 +33,7 @@ namespace Splat
         /// Make a picture. `data` is not copied; null: a new array. The library checks its length
         /// when it uses the picture; without a byte it is an ArgumentException.
         /// </summary>
-        public Image(int width, int height, int channels, Pixel type = Pixel.U8, byte[] data = null)
+        public Image(int width, int height, int channels, Pixel type = Pixel.U8, byte[]? data = null)
         {
             int bytes = SampleBytes(type);
             Width = (int)Check.Unsigned(width, nameof(width));

@@ -26,10 +26,14 @@ namespace Splat
     /// <summary>The loaded libsplat. The first use of any class checks that it fits.</summary>
     public static unsafe class Library
     {
+        // Why reflection on this assembly is safe where programs are trimmed.
+        internal const string Whole = "package/ILLink.Descriptors.xml keeps the whole assembly.";
+
         private const string Missing =
             "libsplat.so was not found, or a library that it needs is missing. Put its folder into " +
             "LD_LIBRARY_PATH, or name the file in Splat.dll.config (<dllmap dll=\"libsplat\" " +
-            "target=\"...\"/>, mono), or install the package with runtimes/<rid>/native (.NET).";
+            "target=\"...\"/>, mono), or take the NuGet package Libsplat (.NET), which has it for Linux and " +
+            "Windows on x64 processors; for others build libsplat.";
 
         private const string MissingOnWindows =
             "libsplat.dll was not found. Copy libsplat's splat.dll beside the program, and call the " +
@@ -76,7 +80,7 @@ namespace Splat
         /// that read a file then take the new ones; a file beyond them throws
         /// ResultCode.ErrorFormat. Thread-safe.
         /// </summary>
-        public static void SetDecodeLimits(DecodeLimits limits)
+        public static void SetDecodeLimits(DecodeLimits? limits)
         {
             Ensure();
             limits = limits ?? new DecodeLimits();
@@ -119,14 +123,14 @@ namespace Splat
                     "The libsplat that was found is not one that this assembly can use: " +
                     error.Message + ". Install libsplat " + Native.HeaderVersion + " or later.");
             }
-            string problem = Problem(version, build);
+            string? problem = Problem(version, build);
             if (problem != null)
                 throw new SplatException(ResultCode.ErrorUnsupported, problem);
             fits = true;
         }
 
         /// <summary>A sentence on why a library does not fit, or null.</summary>
-        private static string Problem(string version, string build)
+        private static string? Problem(string version, string build)
         {
             string advice =
                 " Install libsplat " + Native.HeaderVersion + " or a later version with the same " +
@@ -135,7 +139,7 @@ namespace Splat
             string both = "Splat.dll was made for libsplat " + Native.HeaderVersion +
                           ", and the loaded library is " + version;
             var header = new System.Version(Native.HeaderVersion);
-            if (!System.Version.TryParse(version, out System.Version loaded) ||
+            if (!System.Version.TryParse(version, out System.Version? loaded) ||
                 loaded.Major != header.Major ||
                 (header.Major == 0 && loaded.Minor != header.Minor) || loaded < header)
                 return both + "." + advice;

@@ -9,17 +9,17 @@ namespace Splat
     {
         // The library holds its pointer, so it is never collected.
         private static readonly splat_log_callback Callback = Receive;
-        private static volatile Action<LogLevel, string> handler;
+        private static volatile Action<LogLevel, string>? handler;
         private static int watchesExit;
 
         /// <summary>
         /// An exception of the handler, on the thread of the message. It never reaches the library
         /// or the call that logged; without a subscriber it is kept in LastFailure only.
         /// </summary>
-        public static event Action<Exception> HandlerFailed;
+        public static event Action<Exception>? HandlerFailed;
 
         /// <summary>The latest exception of a handler, or null.</summary>
-        public static Exception LastFailure { get; private set; }
+        public static Exception? LastFailure { get; private set; }
 
         /// <summary>
         /// Send messages of a level and above to `next`; null: silence. It is called at the end of
@@ -28,7 +28,7 @@ namespace Splat
         /// thread runs the handler before.
         /// Throws SplatException for a level that does not exist; the handler before then stays.
         /// </summary>
-        public static void SetHandler(Action<LogLevel, string> next,
+        public static void SetHandler(Action<LogLevel, string>? next,
                                       LogLevel minimum = LogLevel.Warning)
         {
             Library.Ensure();
@@ -37,7 +37,7 @@ namespace Splat
                 AppDomain.CurrentDomain.ProcessExit += (sender, arguments) => Silence();
                 AppDomain.CurrentDomain.DomainUnload += (sender, arguments) => Silence();
             }
-            Action<LogLevel, string> before = handler;
+            Action<LogLevel, string>? before = handler;
             handler = next;
             ResultCode code = Native.splat_log_set_callback(next == null ? null : Callback, null, minimum);
             if (code < 0) handler = before;

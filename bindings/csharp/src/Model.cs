@@ -10,7 +10,7 @@ namespace Splat
     public sealed class ModelOptions
     {
         /// <summary>JSON or YAML with the keys of Splatter Image; null: the cars model.</summary>
-        public string Config { get; set; }
+        public string? Config { get; set; }
         /// <summary>Objects of a batch; 0: 1.</summary>
         public int Objects { get; set; }
         /// <summary>Gradients, dropout, memory.</summary>
@@ -25,7 +25,7 @@ namespace Splat
         /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance.</summary>
         public ReadOnlyMemory<float> Images { get; set; }
         /// <summary>Instead of Images: N pictures, or a multiple whose planes join.</summary>
-        public IReadOnlyList<Image> Pictures { get; set; }
+        public IReadOnlyList<Image>? Pictures { get; set; }
         /// <summary>[N,4,4] row vectors; null: the identity.</summary>
         public ReadOnlyMemory<float> ViewToWorld { get; set; }
         /// <summary>[N,4] w x y z of that rotation.</summary>
@@ -70,7 +70,7 @@ namespace Splat
         private readonly SafeDeviceHandle device;
 
         /// <summary>Create a model; its parameters are zero.</summary>
-        public Model(Device device, ModelOptions options = null)
+        public Model(Device device, ModelOptions? options = null)
             : base(Create(device, options ?? new ModelOptions()))
         {
             this.device = device.Handle;
@@ -166,7 +166,7 @@ namespace Splat
             Check.NotNull(input, nameof(input));
             using (var arena = new Arena())
             {
-                splat_image[] pictures = input.Pictures == null
+                splat_image[]? pictures = input.Pictures == null
                     ? null : Image.ToNative(input.Pictures, nameof(input.Pictures), arena);
                 var native = new splat_model_input
                 {

@@ -10,11 +10,11 @@ namespace Splat
     public sealed class ModuleOptions
     {
         /// <summary>A name of Operator.ListJson, or "residual_block".</summary>
-        public string Type { get; set; }
+        public string? Type { get; set; }
         /// <summary>JSON object; null: defaults.</summary>
-        public string Attributes { get; set; }
+        public string? Attributes { get; set; }
         /// <summary>Shapes of inputs and parameters by name.</summary>
-        public IReadOnlyList<Port> Ports { get; set; }
+        public IReadOnlyList<Port>? Ports { get; set; }
         /// <summary>Gradients, dropout.</summary>
         public ModuleFlags Flags { get; set; }
         /// <summary>Only for residual_block.</summary>
@@ -28,7 +28,7 @@ namespace Splat
     public sealed unsafe class Module : NativeObject<SafeModuleHandle>
     {
         private readonly SafeDeviceHandle device;
-        private readonly string type;
+        private readonly string? type;
 
         /// <summary>Create a module; its parameters, inputs and gradients of outputs are zero.</summary>
         public Module(Device device, ModuleOptions options)
@@ -66,7 +66,7 @@ namespace Splat
         /// <summary>JSON: inputs, outputs and parameters with shapes.</summary>
         public string ReportJson() => Text.Get(Handle, Native.splat_module_report);
 
-        internal override string About => type;
+        internal override string About => type ?? "";
 
         /// <summary>Inputs, outputs or parameters.</summary>
         public IReadOnlyList<Port> Ports(PortKind kind)
@@ -187,6 +187,91 @@ namespace Splat
                     for (int k = 0; k < port.Dims.Count; ++k) dims[k] = port.Dims[k];
             }
             return natives;
+        }
+    }
+
+    /// <summary>The type, attributes and tensors of an operator.</summary>
+    public sealed class OperatorOptions
+    {
+        /// <summary>A name of Operator.ListJson.</summary>
+        public string? Type { get; set; }
+        /// <summary>JSON object; null: defaults.</summary>
+        public string? Attributes { get; set; }
+        /// <summary>OpFlags.Accumulate: gradients of parameters add up.</summary>
+        public OpFlags Flags { get; set; }
+        /// <summary>In the operator's order; an optional one may be null.</summary>
+        public IReadOnlyList<Tensor>? Inputs { get; set; }
+        /// <summary>In the operator's order; an optional one may be null.</summary>
+        public IReadOnlyList<Tensor>? Outputs { get; set; }
+        /// <summary>One per output; null: no backward.</summary>
+        public IReadOnlyList<Tensor>? GradOutputs { get; set; }
+        /// <summary>One per input; gradients of null entries are not computed.</summary>
+        public IReadOnlyList<Tensor>? GradInputs { get; set; }
+    }
+
+    /// <summary>A single differentiable operator on given tensors. Thread-safe.</summary>
+    public sealed unsafe class Operator : NativeObject<SafeOpHandle>
+    {
+        private readonly SafeDeviceHandle device;
+        private readonly string? type;
+
+        /// <summary>Record an operator; the contents of its tensors may change between runs.</summary>
+        public Operator(Device device, OperatorOptions options)
+            : base(Create(device, Check.NotNull(options, nameof(options))))
+        {
+            this.device = device.Handle;
+            type = options.Type;
+        }
+
+        private static SafeOpHandle Create(Device device, OperatorOptions options)
+        {
+            Check.NotNull(device, nameof(device));
+            int inputs = options.Inputs?.Count ?? 0;
+            int outputs = options.Outputs?.Count ?? 0;
+            if (options.GradOutputs != null && options.GradOutputs.Count != outputs)
+                throw new ArgumentException(options.GradOutputs.Count + " GradOutputs for " + outputs +
+                                            " outputs", nameof(options));
+            if (options.GradInputs != null && options.GradInputs.Count != inputs)
+                throw new ArgumentException(options.GradInputs.Count + " GradInputs for " + inputs +
+                                            " inputs", nameof(options));
+            using (var arena = new Arena())
+            {
+                var desc = new splat_op_desc
+                {
+                    struct_size = (uint)sizeof(splat_op_desc),
+                    flags = options.Flags,
+                    type = arena.Optional(options.Type, nameof(options.Type)),
+                    attributes = arena.Optional(options.Attributes, nameof(options.Attributes)),
+                    input_count = (uint)inputs,
+                    output_count = (uint)outputs,
+                    inputs = arena.HoldAll(options.Inputs),
+                    outputs = arena.HoldAll(options.Outputs),
+                    grad_outputs = arena.HoldAll(options.GradOutputs),
+                    grad_inputs = arena.HoldAll(options.GradInputs),
+                };
+                IntPtr handle;
+                Check.Ok(Native.splat_op_create(device.Handle, &desc, &handle));
+                return new SafeOpHandle(handle, true);
+            }
+        }
+
+        internal override string About => type ?? "";
+
+        /// <summary>JSON array of all operators with their tensors and attributes.</summary>
+        public static string ListJson() => Text.Get(Native.splat_op_list);
+
+        /// <summary>Compute the outputs from the inputs.</summary>
+        public void Forward(CancellationToken token = default(CancellationToken))
+        {
+            using (Cancellation.Of(device, token))
+                Check.Ok(Native.splat_op_forward(Handle), token);
+        }
+
+        /// <summary>Compute the gradients at the activations of the last forward.</summary>
+        public void Backward(CancellationToken token = default(CancellationToken))
+        {
+            using (Cancellation.Of(device, token))
+                Check.Ok(Native.splat_op_backward(Handle), token);
         }
     }
 }

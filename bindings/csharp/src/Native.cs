@@ -8,11 +8,13 @@ using System.Runtime.InteropServices;
 namespace Splat.Interop
 {
     /// <summary>The functions of libsplat, as its headers declare them.</summary>
-    public static unsafe class Native
+    public static unsafe partial class Native
     {
         // On Windows libsplat.dll: "splat" would be this assembly there, Splat.dll.
         private const string Lib = "libsplat";
+#if !NET8_0_OR_GREATER
         private const CallingConvention C = CallingConvention.Cdecl;
+#endif
 
         /// <summary>Version of the headers of these declarations.</summary>
         public const string HeaderVersion = "0.1.0";
@@ -28,27 +30,57 @@ namespace Splat.Interop
         public const int SPLAT_SH_CONSTANT = -1;
 
         /// <summary>Version of the loaded library, packed as by SPLAT_MAKE_VERSION.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern uint splat_version();
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        uint splat_version();
 
         /// <summary>The version as text, "major.minor.patch". Lives as long as the library.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern byte* splat_version_string();
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        byte* splat_version_string();
 
         /// <summary>JSON object: version, compiler, assertions (bool), fault_points (bool), shaders (array of {name,
         /// hash, bytes}; the hash is the SHA-256 of the SPIR-V), structs (bytes of each struct of the headers, by its
         /// name). Lives as long as the library.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern byte* splat_build_info();
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        byte* splat_build_info();
 
         /// <summary>Name of a result code, e.g. "SPLAT_ERROR_TIMEOUT"; "SPLAT_UNKNOWN_RESULT" for any other number.
         /// Never NULL.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern byte* splat_result_name(ResultCode code);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        byte* splat_result_name(ResultCode code);
 
         /// <summary>One sentence: what a result code means and what to do. Never NULL.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern byte* splat_result_sentence(ResultCode code);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        byte* splat_result_sentence(ResultCode code);
 
         /// <summary>Text of the last error on the calling thread. Empty before the first error. A success does not
         /// clear it, so check the result first. Valid until the next call of this library on this thread. Never
         /// NULL.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern byte* splat_last_error_message();
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        byte* splat_last_error_message();
 
         /// <summary>
         /// Copy the text of the last error.
@@ -56,8 +88,12 @@ namespace Splat.Interop
         /// needed    out, bytes with the NUL, may be NULL
         /// Returns SPLAT_OK or SPLAT_INCOMPLETE. Never changes the text.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_last_error_copy(byte* buffer,
-            UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_last_error_copy(byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Send messages of `min_level` and above to `callback`, for the whole process. Without a callback
@@ -70,8 +106,12 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid level; nothing is changed
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_log_set_callback(splat_log_callback callback, void* user, LogLevel min_level);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_log_set_callback(splat_log_callback? callback, void* user, LogLevel min_level);
 
         /// <summary>
         /// Replace the limits of this process. Calls that read a file then take the new ones; a file beyond
@@ -79,8 +119,12 @@ namespace Splat.Interop
         /// limits    NULL: the defaults
         /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: a field of limits; nothing is changed.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_decode_set_limits(splat_decode_limits* limits);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_decode_set_limits(splat_decode_limits* limits);
 
         /// <summary>
         /// Count the Vulkan devices of this machine, usable or not.
@@ -90,7 +134,12 @@ namespace Splat.Interop
         ///                              says what to install
         ///   SPLAT_ERROR_INVALID_STATE  forked, see above
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_count(uint* count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_count(uint* count);
 
         /// <summary>
         /// Describe device `index` without creating it.
@@ -98,8 +147,12 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (index &gt;= count), SPLAT_ERROR_NO_DEVICE,
         ///   SPLAT_ERROR_INVALID_STATE (forked).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_describe(uint index,
-            splat_device_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_describe(uint index, splat_device_info* info);
 
         /// <summary>
         /// Open a device.
@@ -122,12 +175,21 @@ namespace Splat.Interop
         /// has other objects). What failed is remembered in the cache folder.
         /// SPLAT_SELF_TEST=0 in the environment leaves the tests out.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_create(splat_device_desc*
-            desc, IntPtr* device);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_create(splat_device_desc* desc, IntPtr* device);
 
         /// <summary>Release a device. Its tensors and operators stay usable; the device closes with the last of them.
         /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_destroy(IntPtr device);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_destroy(IntPtr device);
 
         /// <summary>Cancel the calls that run on a device or wait for it now, on any threads. What they were to write
         /// is undefined, as after an error of the device. The objects stay usable, and later calls are not affected.
@@ -136,18 +198,30 @@ namespace Splat.Interop
         /// returns SPLAT_CANCELLED when those that it has end. It goes on while it reads a file, compiles a shader or
         /// computes on the host. May be called from any thread and from a signal handler, except for handles that are
         /// not live. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (forked).</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_cancel(SafeDeviceHandle
-            device);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_cancel(SafeDeviceHandle device);
 
         /// <summary>Describe an open device. <c>kernels</c> is what it runs, not what AUTO would choose. Returns
         /// SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_get_info(SafeDeviceHandle
-            device, splat_device_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_get_info(SafeDeviceHandle device, splat_device_info* info);
 
         /// <summary>Report device memory. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_ARGUMENT.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_device_get_memory(SafeDeviceHandle device, splat_memory_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_get_memory(SafeDeviceHandle device, splat_memory_info* info);
 
         /// <summary>
         /// Report the time of every kind of dispatch since creation or the last reset, on a device with
@@ -164,17 +238,31 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
         ///   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_device_profile_json(SafeDeviceHandle device, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_profile_json(SafeDeviceHandle device, byte* buffer, UIntPtr capacity, UIntPtr*
+            needed);
 
         /// <summary>Write the same as a table for people: longest total time first, with rates over that time.
         /// Returns as splat_device_profile_json.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_device_profile_table(SafeDeviceHandle device, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_profile_table(SafeDeviceHandle device, byte* buffer, UIntPtr capacity, UIntPtr*
+            needed);
 
         /// <summary>Forget the times measured so far. Returns as splat_device_profile_json.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_device_profile_reset(SafeDeviceHandle device);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_profile_reset(SafeDeviceHandle device);
 
         /// <summary>
         /// Create a tensor on the device, row-major and contiguous, filled with zeros.
@@ -184,14 +272,22 @@ namespace Splat.Interop
         ///                                     flags without SPLAT_FEATURE_EXTERNAL_MEMORY
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_create(SafeDeviceHandle
-            device, splat_tensor_desc* desc, IntPtr* tensor);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_create(SafeDeviceHandle device, splat_tensor_desc* desc, IntPtr* tensor);
 
         /// <summary>Create a tensor and fill it as splat_tensor_write does. Returns what splat_tensor_create and
         /// splat_tensor_write return.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_tensor_from_host(SafeDeviceHandle device, splat_tensor_desc* desc, void* data, UIntPtr bytes, long*
-            strides, IntPtr* tensor);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_from_host(SafeDeviceHandle device, splat_tensor_desc* desc, void* data, UIntPtr bytes,
+            long* strides, IntPtr* tensor);
 
         /// <summary>
         /// Copy host memory into the tensor.
@@ -205,13 +301,21 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_write(SafeTensorHandle
-            tensor, void* data, UIntPtr bytes, long* strides);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_write(SafeTensorHandle tensor, void* data, UIntPtr bytes, long* strides);
 
         /// <summary>Copy the tensor into host memory; <c>data</c> is untouched on error. Strides are as above, but
         /// &gt; 0, and no two elements may share a place. Returns what splat_tensor_write returns.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_read(SafeTensorHandle
-            tensor, void* data, UIntPtr bytes, long* strides);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_read(SafeTensorHandle tensor, void* data, UIntPtr bytes, long* strides);
 
         /// <summary>
         /// Give the host a pointer to the tensor's elements, row-major contiguous, until splat_tensor_unmap.
@@ -225,14 +329,22 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_map(SafeTensorHandle
-            tensor, Access access, void** pointer, UIntPtr* bytes);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_map(SafeTensorHandle tensor, Access access, void** pointer, UIntPtr* bytes);
 
         /// <summary>End a mapping. With write access the written values become the tensor's contents. Returns
         /// SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (not mapped), and the device's
         /// errors.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_unmap(SafeTensorHandle
-            tensor);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_unmap(SafeTensorHandle tensor);
 
         /// <summary>
         /// Give the host a pointer to the tensor's elements, row-major contiguous, that is good until the
@@ -246,8 +358,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           the device's memory is not unified, or not coherent: see
         ///                                     SPLAT_FEATURE_UNIFIED_MEMORY; use splat_tensor_map
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_tensor_host_pointer(SafeTensorHandle tensor, void** pointer, UIntPtr* bytes);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_host_pointer(SafeTensorHandle tensor, void** pointer, UIntPtr* bytes);
 
         /// <summary>
         /// Share the tensor's memory with other libraries, as a DLPack tensor on kDLCPU without a copy. It
@@ -257,22 +373,39 @@ namespace Splat.Interop
         /// managed   out, owned by the caller, who calls managed-&gt;deleter(managed)
         /// Returns as splat_tensor_host_pointer, or SPLAT_ERROR_OUT_OF_HOST_MEMORY.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_tensor_to_dlpack(SafeTensorHandle tensor, IntPtr* managed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_to_dlpack(SafeTensorHandle tensor, IntPtr* managed);
 
         /// <summary>Describe a tensor. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_ARGUMENT.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_get_info(SafeTensorHandle
-            tensor, splat_tensor_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_get_info(SafeTensorHandle tensor, splat_tensor_info* info);
 
         /// <summary>Measure an SPLAT_DTYPE_F32 tensor on the device. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_ARGUMENT (struct or dtype), SPLAT_ERROR_INVALID_STATE (mapped), and the device's
         /// errors.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_check(SafeTensorHandle
-            tensor, splat_tensor_stats* stats);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_check(SafeTensorHandle tensor, splat_tensor_stats* stats);
 
         /// <summary>Destroy a tensor, mapped or not. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_destroy(IntPtr tensor);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_destroy(IntPtr tensor);
 
         /// <summary>
         /// Write the images, masks and cameras of a split to OUT/co3d_CATEGORY_for_gs/SPLIT, which
@@ -287,8 +420,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT                damaged or incomplete annotations, a damaged file
         /// After an error, what was written stays.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_co3d_prepare(splat_co3d_desc*
-            desc, splat_co3d_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_co3d_prepare(splat_co3d_desc* desc, splat_co3d_info* info);
 
         /// <summary>
         /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
@@ -310,8 +447,12 @@ namespace Splat.Interop
         ///                                     a part of it, images without poses, an object with one view
         ///   of tables as splat_dataset_import
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_open(splat_dataset_desc*
-            desc, IntPtr* dataset);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_dataset_open(splat_dataset_desc* desc, IntPtr* dataset);
 
         /// <summary>JSON: {"format", "split", "has_splits", "objects", "views" (of all objects), "excluded" (by a
         /// list), "missing": [{"name", "problem"}] (left out with ALLOW_MISSING), "not_objects": [names of other
@@ -319,8 +460,12 @@ namespace Splat.Interop
         /// [sentences on such files and on images that are cut to squares], "resolution", "stored_resolution",
         /// "maps": ["depth", ...], "names": [], "views_of": []}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
         /// SPLAT_ERROR_INVALID_HANDLE</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_report(SafeDatasetHandle
-            dataset, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_dataset_report(SafeDatasetHandle dataset, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Read views of one object, in the given order (a view may occur twice). The camera of the first is
@@ -331,8 +476,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
         ///                                     its path. After these three, arrays may be partly written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_read(SafeDatasetHandle
-            dataset, uint @object, uint* views, uint count, splat_dataset_views* @out);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_dataset_read(SafeDatasetHandle dataset, uint @object, uint* views, uint count,
+            splat_dataset_views* @out);
 
         /// <summary>Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
         /// images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings": [sentences on
@@ -340,18 +490,32 @@ namespace Splat.Interop
         /// "far" (where the scene lies), "znear", "zfar" (of a network that holds it)}}; without "depths" where the
         /// cameras do not tell. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_ARGUMENT (no such object)</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_check(SafeDatasetHandle
-            dataset, uint @object, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_dataset_check(SafeDatasetHandle dataset, uint @object, byte* buffer, UIntPtr capacity,
+            UIntPtr* needed);
 
         /// <summary>Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_destroy(IntPtr dataset);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_dataset_destroy(IntPtr dataset);
 
         /// <summary>The name of an object or a view as one part of a path, for files that are named after it: %XX for
         /// separators and whatever else leads elsewhere or is forbidden on some system, at most 200 bytes. Names come
         /// from files, tables and annotations, and may be "../../x". eval and the exports use it. Returns SPLAT_OK,
         /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL)</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_path_name(byte* name, byte*
-            buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_path_name(byte* name, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Copy a split of tables to a store, &lt;out&gt;/&lt;split&gt;/: .npy files with a checksum for each row, in any
@@ -373,8 +537,13 @@ namespace Splat.Interop
         ///                                     damaged files
         ///   SPLAT_ERROR_IO                    the disk is full, a file cannot be read or written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_dataset_import(splat_dataset_import_desc* desc, splat_progress_callback callback, void* user);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_dataset_import(splat_dataset_import_desc* desc, splat_progress_callback? callback, void*
+            user);
 
         /// <summary>
         /// Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its
@@ -392,8 +561,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           an object of several focal lengths; a DuckDB, a store as above
         ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO  a damaged file; the disk is full, a file cannot be written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_export(SafeDatasetHandle
-            dataset, splat_dataset_export_desc* desc, splat_progress_callback callback, void* user);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_dataset_export(SafeDatasetHandle dataset, splat_dataset_export_desc* desc,
+            splat_progress_callback? callback, void* user);
 
         /// <summary>
         /// Write one object, counted over all splits, train first. Its folder appears whole or not at all;
@@ -405,8 +579,12 @@ namespace Splat.Interop
         ///                                     from other values
         ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_synthetic_write(splat_synthetic_desc* desc, uint index);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_synthetic_write(splat_synthetic_desc* desc, uint index);
 
         /// <summary>
         /// Create a scene.
@@ -415,14 +593,22 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           more than 2^27 Gaussians
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_create(splat_scene_desc*
-            desc, IntPtr* scene);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_create(splat_scene_desc* desc, IntPtr* scene);
 
         /// <summary>JSON array of all formats of scene files: {"name" (of reports), "id" (SPLAT_SCENE_), "extension",
         /// "holds", "frame" (the usual one), "max_sh_degree", "written" (bool: else read only)}. Returns SPLAT_OK or
         /// SPLAT_INCOMPLETE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_formats(byte* buffer,
-            UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_formats(byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Read a scene from a file.
@@ -435,8 +621,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           a known format that cannot be read, or more than max_count
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_load(byte* path,
-            splat_scene_file_desc* desc, IntPtr* scene);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_load(byte* path, splat_scene_file_desc* desc, IntPtr* scene);
 
         /// <summary>
         /// Tell how large the scene of a file is, from its head, to decide whether to read it.
@@ -445,8 +635,12 @@ namespace Splat.Interop
         /// sh_degree  out, of the spherical harmonics that splat_scene_load would read, 0 to 3
         /// Returns as splat_scene_load.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_peek(byte* path,
-            splat_scene_file_desc* desc, ulong* count, uint* sh_degree);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_peek(byte* path, splat_scene_file_desc* desc, ulong* count, uint* sh_degree);
 
         /// <summary>
         /// Read a scene from the bytes of a file.
@@ -455,15 +649,23 @@ namespace Splat.Interop
         /// desc      may be NULL for defaults
         /// Returns as splat_scene_load.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_load_memory(void* data,
-            UIntPtr bytes, splat_scene_file_desc* desc, IntPtr* scene);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_load_memory(void* data, UIntPtr bytes, splat_scene_file_desc* desc, IntPtr* scene);
 
         /// <summary>Report what was found in the scene's file. JSON: {"format", "version", "count", "sh_degree",
         /// "frame", "ignored": [names], "non_finite_values", "bad_rotations", "drawn_as": [those of "antialiased",
         /// "by distance", "3 sigma", "linear colours"]}; {} for a scene without file. Returns SPLAT_OK,
         /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_scene_load_report(SafeSceneHandle scene, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_load_report(SafeSceneHandle scene, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Write a scene to a file, which appears whole or not at all.
@@ -475,8 +677,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           a format or extension that cannot be written
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_save(SafeSceneHandle
-            scene, byte* path, splat_scene_file_desc* desc);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_save(SafeSceneHandle scene, byte* path, splat_scene_file_desc* desc);
 
         /// <summary>
         /// Write the bytes of such a file to memory.
@@ -485,8 +691,12 @@ namespace Splat.Interop
         /// needed    out, bytes of the file; may be NULL
         /// Returns as splat_scene_save, or SPLAT_INCOMPLETE (capacity).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_scene_save_memory(SafeSceneHandle scene, splat_scene_file_desc* desc, void* buffer, UIntPtr
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_save_memory(SafeSceneHandle scene, splat_scene_file_desc* desc, void* buffer, UIntPtr
             capacity, UIntPtr* needed);
 
         /// <summary>
@@ -496,8 +706,12 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      name; too few bytes. Nothing is changed
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_read(SafeSceneHandle
-            scene, byte* name, float* values, UIntPtr bytes);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_read(SafeSceneHandle scene, byte* name, float* values, UIntPtr bytes);
 
         /// <summary>
         /// Replace the values of an attribute.
@@ -506,27 +720,43 @@ namespace Splat.Interop
         /// Returns as splat_scene_read; also SPLAT_ERROR_INVALID_ARGUMENT for a value of "scales" or
         /// "opacities" outside its range.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_write(SafeSceneHandle
-            scene, byte* name, float* values, UIntPtr bytes);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_write(SafeSceneHandle scene, byte* name, float* values, UIntPtr bytes);
 
         /// <summary>Copy an attribute to a new tensor of its shape. Returns what splat_scene_read and
         /// splat_tensor_from_host return; SPLAT_ERROR_INVALID_STATE for a scene without Gaussians.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_to_tensor(SafeSceneHandle
-            scene, byte* name, SafeDeviceHandle device, IntPtr* tensor);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_to_tensor(SafeSceneHandle scene, byte* name, SafeDeviceHandle device, IntPtr* tensor);
 
         /// <summary>Move, turn and scale a scene, including its spherical harmonics. Returns SPLAT_OK,
         /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity, or one that moves means beyond
         /// float32), SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_transform(SafeSceneHandle
-            scene, splat_similarity* similarity);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_transform(SafeSceneHandle scene, splat_similarity* similarity);
 
         /// <summary>
         /// Keep the Gaussians whose mean lies in a box.
         /// low, high  in, exactly 3 doubles each, scene units; the faces belong to the box
         /// Returns as splat_scene_transform.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_crop(SafeSceneHandle
-            scene, double* low, double* high);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_crop(SafeSceneHandle scene, double* low, double* high);
 
         /// <summary>
         /// Keep the Gaussians whose mean lies in a sphere.
@@ -534,8 +764,12 @@ namespace Splat.Interop
         /// radius    scene units, &gt;= 0; the surface belongs to the sphere
         /// Returns as splat_scene_transform.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_scene_crop_sphere(SafeSceneHandle scene, double* center, double radius);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_crop_sphere(SafeSceneHandle scene, double* center, double radius);
 
         /// <summary>
         /// Keep the Gaussians of opacity &gt;= min_opacity, in their order.
@@ -543,20 +777,32 @@ namespace Splat.Interop
         /// min_opacity  0 to 1
         /// Returns as splat_scene_transform.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_filter(SafeSceneHandle
-            scene, FilterFlags flags, double min_opacity);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_filter(SafeSceneHandle scene, FilterFlags flags, double min_opacity);
 
         /// <summary>Change the degree of the spherical harmonics: bands above it are dropped, missing ones are zeros.
         /// sh_degree 0 (only the constant colour) to 3 Returns as splat_scene_transform.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_scene_set_sh_degree(SafeSceneHandle scene, uint sh_degree);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_set_sh_degree(SafeSceneHandle scene, uint sh_degree);
 
         /// <summary>Concatenate the Gaussians of <c>count</c> scenes into a new one, with the highest of their
         /// degrees; no scenes make an empty one. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_UNSUPPORTED (more than 2^27 Gaussians),
         /// SPLAT_ERROR_OUT_OF_HOST_MEMORY.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_merge(IntPtr* scenes, uint
-            count, IntPtr* scene);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_merge(IntPtr* scenes, uint count, IntPtr* scene);
 
         /// <summary>
         /// Tell the size of a scene, without measuring it.
@@ -564,16 +810,29 @@ namespace Splat.Interop
         /// sh_degree  out, 0 to 3; may be NULL
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_get_size(SafeSceneHandle
-            scene, ulong* count, uint* sh_degree);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_get_size(SafeSceneHandle scene, ulong* count, uint* sh_degree);
 
         /// <summary>Measure a scene. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,
         /// SPLAT_ERROR_OUT_OF_HOST_MEMORY.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_get_info(SafeSceneHandle
-            scene, splat_scene_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_get_info(SafeSceneHandle scene, splat_scene_info* info);
 
         /// <summary>Destroy a scene. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_destroy(IntPtr scene);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_destroy(IntPtr scene);
 
         /// <summary>
         /// Intrinsics of an image whose horizontal field of view is `fov_x` radians, square pixels,
@@ -582,8 +841,12 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: a side outside 1 to 16384, or an angle outside
         /// 0 to pi.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_from_fov(uint width, uint
-            height, double fov_x, splat_camera* camera);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_from_fov(uint width, uint height, double fov_x, splat_camera* camera);
 
         /// <summary>
         /// Set the pose: at `eye`, looking at `target`, with `up` (a direction of the world) upwards in the
@@ -593,8 +856,12 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: eye and target coincide, `up` is parallel to
         /// the view, or a value is not finite.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_look_at(splat_camera*
-            camera, double* eye, double* target, double* up);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_look_at(splat_camera* camera, double* eye, double* target, double* up);
 
         /// <summary>
         /// Set the pose from an OpenGL camera-to-world matrix (x right, y up, z backwards; NeRF's
@@ -604,16 +871,24 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: the matrix is not a rotation with a
         /// translation.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_from_opengl(splat_camera*
-            camera, double* camera_to_world);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_from_opengl(splat_camera* camera, double* camera_to_world);
 
         /// <summary>
         /// Give the pose as such a matrix.
         /// camera_to_world  out, exactly 16 doubles, row-major
         /// Returns as splat_camera_from_opengl, for the camera's own matrix.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_to_opengl(splat_camera*
-            camera, double* camera_to_world);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_to_opengl(splat_camera* camera, double* camera_to_world);
 
         /// <summary>
         /// `count` cameras at equal angles on a circle around the middle of a scene's bounds: those of the
@@ -626,8 +901,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT      options that do not give a valid camera, or a scene without
         ///                                     visible extent if distance is 0
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_orbit(SafeSceneHandle
-            scene, splat_orbit_desc* desc, uint count, splat_camera* cameras);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_orbit(SafeSceneHandle scene, splat_orbit_desc* desc, uint count, splat_camera*
+            cameras);
 
         /// <summary>
         /// `count` cameras along a smooth path through others, in their order: cubic curves of positions and rotations through
@@ -638,8 +918,13 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (NULL, an invalid camera, fewer
         ///   than two different poses, closed)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_path(splat_camera* keys,
-            uint key_count, uint closed, uint count, splat_camera* cameras);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_path(splat_camera* keys, uint key_count, uint closed, uint count, splat_camera*
+            cameras);
 
         /// <summary>
         /// Read the cameras of a NeRF transforms.json, or of a COLMAP model's folder (text or binary).
@@ -654,23 +939,41 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT                damaged, truncated, an invalid camera
         ///   SPLAT_ERROR_UNSUPPORTED           distortion, another lens model
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_load(byte* path,
-            splat_camera_file_desc* desc, splat_camera* cameras, uint capacity, uint* count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_load(byte* path, splat_camera_file_desc* desc, splat_camera* cameras, uint capacity,
+            uint* count);
 
         /// <summary>Report on the same file. JSON: {"names": [paths of the images, in the order of the cameras],
         /// "warnings": [sentences]}. Returns as splat_camera_load.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_load_report(byte* path,
-            splat_camera_file_desc* desc, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_load_report(byte* path, splat_camera_file_desc* desc, byte* buffer, UIntPtr capacity,
+            UIntPtr* needed);
 
         /// <summary>Read cameras from memory. Returns as splat_camera_load.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_camera_load_memory(splat_camera_bytes* files, splat_camera_file_desc* desc, splat_camera* cameras,
-            uint capacity, uint* count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_load_memory(splat_camera_bytes* files, splat_camera_file_desc* desc, splat_camera*
+            cameras, uint capacity, uint* count);
 
         /// <summary>Report on the same files, as splat_camera_load_report. Returns as splat_camera_load.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_camera_load_memory_report(splat_camera_bytes* files, splat_camera_file_desc* desc, byte* buffer,
-            UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_load_memory_report(splat_camera_bytes* files, splat_camera_file_desc* desc, byte*
+            buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Write cameras as a NeRF transforms.json, whole or not at all. splat_camera_load reads the same
@@ -682,8 +985,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
         ///   SPLAT_ERROR_IO                    the file cannot be written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_save(byte* path,
-            splat_camera* cameras, byte** names, uint count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_save(byte* path, splat_camera* cameras, byte** names, uint count);
 
         /// <summary>
         /// Write the same bytes to memory.
@@ -691,8 +998,13 @@ namespace Splat.Interop
         ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
         /// Returns as splat_camera_save, SPLAT_INCOMPLETE.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_save_memory(splat_camera*
-            cameras, byte** names, uint count, void* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_camera_save_memory(splat_camera* cameras, byte** names, uint count, void* buffer, UIntPtr
+            capacity, UIntPtr* needed);
 
         /// <summary>
         /// Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
@@ -705,13 +1017,21 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT                damaged, truncated, or not weights
         ///   SPLAT_ERROR_UNSUPPORTED           a pickle that holds more than weights, another number type
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_load(byte* path,
-            WeightsFlags flags, IntPtr* weights);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_load(byte* path, WeightsFlags flags, IntPtr* weights);
 
         /// <summary>Load weights from the <c>bytes</c> bytes of such a file, which are copied. Returns as
         /// splat_weights_load.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_load_memory(void* data,
-            UIntPtr bytes, IntPtr* weights);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_load_memory(void* data, UIntPtr bytes, IntPtr* weights);
 
         /// <summary>
         /// Make weights of arrays, which are copied, in their order.
@@ -720,8 +1040,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a rank, a negative dimension, a name used twice
         ///   SPLAT_ERROR_SHAPE_MISMATCH        value_count does not fit dims
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_weights_from_arrays(splat_named_array* arrays, ulong count, IntPtr* weights);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_from_arrays(splat_named_array* arrays, ulong count, IntPtr* weights);
 
         /// <summary>
         /// Write .safetensors (with the metadata), .pth (a checkpoint of the published code: iteration, loss
@@ -734,8 +1058,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_IO                    the file cannot be written, or the mapped one has changed
         ///   SPLAT_ERROR_UNSUPPORTED           another extension
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_save(SafeWeightsHandle
-            weights, byte* path, WeightsFlags flags);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_save(SafeWeightsHandle weights, byte* path, WeightsFlags flags);
 
         /// <summary>
         /// Write the same bytes to memory.
@@ -743,27 +1071,43 @@ namespace Splat.Interop
         ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
         /// Returns as splat_weights_save, SPLAT_INCOMPLETE.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_weights_save_memory(SafeWeightsHandle weights, WeightsFormat format, WeightsFlags flags, void*
-            buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_save_memory(SafeWeightsHandle weights, WeightsFormat format, WeightsFlags flags,
+            void* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>Count the tensors. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
         /// (NULL).</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_count(SafeWeightsHandle
-            weights, uint* count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_count(SafeWeightsHandle weights, uint* count);
 
         /// <summary>
         /// Describe a tensor.
         /// index     from 0, in the order of the file
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such index).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_weights_get_info(SafeWeightsHandle weights, uint index, splat_weights_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_get_info(SafeWeightsHandle weights, uint index, splat_weights_info* info);
 
         /// <summary>Find the index of a tensor by its name. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_NOT_FOUND.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_find(SafeWeightsHandle
-            weights, byte* name, uint* index);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_find(SafeWeightsHandle weights, byte* name, uint* index);
 
         /// <summary>
         /// Copy the values of a tensor as float32.
@@ -771,8 +1115,12 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such index,
         ///   too few bytes), SPLAT_ERROR_IO (the mapped file has changed).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_read(SafeWeightsHandle
-            weights, uint index, float* values, UIntPtr bytes);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_read(SafeWeightsHandle weights, uint index, float* values, UIntPtr bytes);
 
         /// <summary>
         /// Give the values of a tensor without a copy, as float32 whatever their type in the file. The file
@@ -781,14 +1129,22 @@ namespace Splat.Interop
         /// count     out, floats, may be NULL
         /// Returns as splat_weights_read.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_data(SafeWeightsHandle
-            weights, uint index, float** values, ulong* count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_data(SafeWeightsHandle weights, uint index, float** values, ulong* count);
 
         /// <summary>Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences],
         /// "published": as splat_predictor_desc tells}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
         /// SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_report(SafeWeightsHandle
-            weights, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_report(SafeWeightsHandle weights, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Fold low-rank adapters into the weights they belong to: W + alpha / rank * (B A), or minus with
@@ -804,17 +1160,31 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (no adapters, half a pair, a
         ///   missing layer, a weight that would not be finite)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_fold(SafeWeightsHandle
-            weights, SafeWeightsHandle adapters, double alpha, FoldFlags flags, IntPtr* folded);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_fold(SafeWeightsHandle weights, SafeWeightsHandle adapters, double alpha, FoldFlags
+            flags, IntPtr* folded);
 
         /// <summary>Destroy weights. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_destroy(IntPtr weights);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_destroy(IntPtr weights);
 
         /// <summary>JSON array of all operators: {"name", "inputs": [...], "outputs": [...], "saved": [...],
         /// "attributes": [{"name", "type", "default", "about"}], "equation"}. Returns SPLAT_OK or
         /// SPLAT_INCOMPLETE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_op_list(byte* buffer, UIntPtr
-            capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_op_list(byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Record an operator on tensors of SPLAT_DTYPE_F32, whose contents may change between runs.
@@ -826,33 +1196,60 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           beyond a limit of the device
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_op_create(SafeDeviceHandle
-            device, splat_op_desc* desc, IntPtr* op);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_op_create(SafeDeviceHandle device, splat_op_desc* desc, IntPtr* op);
 
         /// <summary>Compute the outputs from the inputs. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_STATE (a tensor is mapped), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; after the
         /// last two the outputs are undefined.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_op_forward(SafeOpHandle op);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_op_forward(SafeOpHandle op);
 
         /// <summary>Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs, at the
         /// activations of the last forward and the current parameters. Returns as splat_op_forward; also
         /// SPLAT_ERROR_INVALID_STATE before the first forward or without grad_outputs.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_op_backward(SafeOpHandle op);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_op_backward(SafeOpHandle op);
 
         /// <summary>Destroy an operator; its tensors stay. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_op_destroy(IntPtr op);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_op_destroy(IntPtr op);
 
         /// <summary>Create a model; its parameters are zero. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_ARGUMENT (desc; an unknown key of the configuration or a value outside its range; a
         /// model.base_dim whose multiples do not divide into a layer's groups; GRADIENTS with nothing to train),
         /// SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_create(SafeDeviceHandle
-            device, splat_model_desc* desc, IntPtr* model);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_create(SafeDeviceHandle device, splat_model_desc* desc, IntPtr* model);
 
         /// <summary>Initialise the parameters at random, as the published code does. Returns SPLAT_OK,
         /// SPLAT_ERROR_INVALID_HANDLE, and errors of the device.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_init(SafeModelHandle
-            model, ulong seed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_init(SafeModelHandle model, ulong seed);
 
         /// <summary>
         /// Load the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
@@ -865,18 +1262,30 @@ namespace Splat.Interop
         ///   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
         ///   model without adapters)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_load(SafeModelHandle
-            model, SafeWeightsHandle weights, LoadFlags flags);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_load(SafeModelHandle model, SafeWeightsHandle weights, LoadFlags flags);
 
         /// <summary>Store the model as a state dict, with the buffers of published files. Returns SPLAT_OK,
         /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of the device.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_store(SafeModelHandle
-            model, IntPtr* weights);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_store(SafeModelHandle model, IntPtr* weights);
 
         /// <summary>Export a model's parameters in another form. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_ARGUMENT, SPLAT_ERROR_INVALID_STATE (a model without adapters)</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_export(SafeModelHandle
-            model, ModelExport what, IntPtr* weights);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_export(SafeModelHandle model, ModelExport what, IntPtr* weights);
 
         /// <summary>JSON: {"parameters", "trainable" (numbers), "slices" (of a batch), "bytes": {"activations" (of a
         /// slice), "prepared" (weights; 0 while they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "ledger":
@@ -884,13 +1293,21 @@ namespace Splat.Interop
         /// "outputs": [{"name", "shape"}], "tensors" (parameters): [{"name", "shape", "trainable"}], "load":
         /// {"copied", "widened", "fresh", "left_out", "rays_differ", "rays_taken"}, "config"}. Returns SPLAT_OK,
         /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_report(SafeModelHandle
-            model, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_report(SafeModelHandle model, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>Describe a model. Does not wait for a pass of another thread. Returns SPLAT_OK,
         /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_get_info(SafeModelHandle
-            model, splat_model_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_get_info(SafeModelHandle model, splat_model_info* info);
 
         /// <summary>
         /// List the inputs, outputs or parameters of a model.
@@ -899,8 +1316,13 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE (what fits was written), SPLAT_ERROR_INVALID_HANDLE,
         ///   SPLAT_ERROR_INVALID_ARGUMENT (kind, NULL).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_ports(SafeModelHandle
-            model, PortKind kind, splat_port* ports, uint capacity, uint* count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_ports(SafeModelHandle model, PortKind kind, splat_port* ports, uint capacity, uint*
+            count);
 
         /// <summary>
         /// Get a tensor that shares the model's memory, float32 and row-major, by name:
@@ -924,8 +1346,12 @@ namespace Splat.Interop
         ///   computed), SPLAT_ERROR_UNSUPPORTED (the device cannot bind the part of one object), and errors
         ///   of the device
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_tensor(SafeModelHandle
-            model, byte* name, IntPtr* tensor);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_tensor(SafeModelHandle model, byte* name, IntPtr* tensor);
 
         /// <summary>Run the network. Arrays are read before the call returns; the tensors of inputs then hold them.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a count, a
@@ -933,8 +1359,12 @@ namespace Splat.Interop
         /// does not need, values that are not finite), SPLAT_ERROR_INVALID_STATE (a tensor of the model is mapped),
         /// in each case with the last pass unchanged; SPLAT_ERROR_OUT_OF_HOST_MEMORY,
         /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_forward(SafeModelHandle
-            model, splat_model_input* input);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_forward(SafeModelHandle model, splat_model_input* input);
 
         /// <summary>
         /// Read a tensor of splat_model_tensor; outputs, of the latest splat_model_forward: "means"
@@ -948,8 +1378,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (before the first pass, no
         ///   gradient, a tensor of the model is mapped), and errors of the device
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_read(SafeModelHandle
-            model, byte* name, float* values, UIntPtr bytes);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_read(SafeModelHandle model, byte* name, float* values, UIntPtr bytes);
 
         /// <summary>
         /// Set a parameter, by the name of the state dict.
@@ -958,52 +1392,90 @@ namespace Splat.Interop
         ///   not finite), SPLAT_ERROR_NOT_FOUND (no such parameter), SPLAT_ERROR_SHAPE_MISMATCH (bytes),
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_write(SafeModelHandle
-            model, byte* name, float* values, UIntPtr bytes);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_write(SafeModelHandle model, byte* name, float* values, UIntPtr bytes);
 
         /// <summary>Copy the Gaussians of one object into a new scene. Returns as splat_model_read.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_scene(SafeModelHandle
-            model, uint @object, IntPtr* scene);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_scene(SafeModelHandle model, uint @object, IntPtr* scene);
 
         /// <summary>Add the gradients of a loss to the gradients of parameters. Call it once after each
         /// splat_model_forward, whose results stay readable. Arrays become what the tensors "grad:means" and so on
         /// hold. Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass,
         /// or after inputs or parameters have changed, with gradients unchanged. After other errors the gradients may
         /// hold part of the batch: call splat_model_zero_gradients</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_backward(SafeModelHandle
-            model, splat_model_gradients* gradients);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_backward(SafeModelHandle model, splat_model_gradients* gradients);
 
         /// <summary>Set the gradients of all parameters to zero. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and
         /// errors of the device.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_model_zero_gradients(SafeModelHandle model);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_zero_gradients(SafeModelHandle model);
 
         /// <summary>Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_destroy(IntPtr model);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_destroy(IntPtr model);
 
         /// <summary>Create a module; its parameters, inputs and gradients of outputs are zero. Returns SPLAT_OK,
         /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or attribute that the type does not
         /// have, GRADIENTS for a type without any), SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or does not
         /// fit), SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_create(SafeDeviceHandle
-            device, splat_module_desc* desc, IntPtr* module);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_create(SafeDeviceHandle device, splat_module_desc* desc, IntPtr* module);
 
         /// <summary>Initialise the parameters. A block starts as in the published code. In an operator gamma is 1,
         /// other vectors are 0, and the rest has Glorot's uniform distribution. Returns SPLAT_OK,
         /// SPLAT_ERROR_INVALID_HANDLE, and errors of the device.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_init(SafeModuleHandle
-            module, ulong seed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_init(SafeModuleHandle module, ulong seed);
 
         /// <summary>JSON: {"type", "inputs": [{"name", "shape", "optional"}], "outputs": [{"name", "shape"}],
         /// "parameters": [{"name", "shape", "trainable"}], "bytes" (activations and workspaces)}. Returns SPLAT_OK,
         /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_report(SafeModuleHandle
-            module, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_report(SafeModuleHandle module, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>List the inputs, outputs or parameters of a module. Parameters and returns as
         /// splat_model_ports.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_ports(SafeModuleHandle
-            module, PortKind kind, splat_port* ports, uint capacity, uint* count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_ports(SafeModuleHandle module, PortKind kind, splat_port* ports, uint capacity, uint*
+            count);
 
         /// <summary>
         /// Write an input, a parameter, or the gradient of the loss with respect to an output ("grad:y").
@@ -1015,8 +1487,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_STATE         the module computes no such gradient
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_write(SafeModuleHandle
-            module, byte* name, float* values, UIntPtr bytes);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_write(SafeModuleHandle module, byte* name, float* values, UIntPtr bytes);
 
         /// <summary>
         /// Read what splat_module_write writes, an output ("y"), or the gradient of a parameter
@@ -1024,14 +1500,22 @@ namespace Splat.Interop
         /// values    out, row-major, exactly `bytes` bytes of the tensor
         /// Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes it.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_read(SafeModuleHandle
-            module, byte* name, float* values, UIntPtr bytes);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_read(SafeModuleHandle module, byte* name, float* values, UIntPtr bytes);
 
         /// <summary>Compute the outputs. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         /// SPLAT_ERROR_DEVICE_LOST.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_forward(SafeModuleHandle
-            module);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_forward(SafeModuleHandle module);
 
         /// <summary>
         /// Add to the gradients of parameters and overwrite those of inputs. Call it once after each forward.
@@ -1039,23 +1523,40 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_STATE         without SPLAT_MODULE_GRADIENTS, without a new forward pass,
         ///                                     or after inputs or parameters were written; gradients stay
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_backward(SafeModuleHandle
-            module);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_backward(SafeModuleHandle module);
 
         /// <summary>Set the gradients of parameters to zero. Returns as splat_module_forward.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_module_zero_gradients(SafeModuleHandle module);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_zero_gradients(SafeModuleHandle module);
 
         /// <summary>Destroy a module. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_destroy(IntPtr module);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_destroy(IntPtr module);
 
         /// <summary>
         /// Cut a picture and its maps out as a predictor does, without a device.
         /// info      out, may be NULL; it has no warnings of the field of view
         /// Returns as splat_predictor_predict
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_picture_cut(splat_picture*
-            picture, splat_picture_cut_desc* desc, splat_picture_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_picture_cut(splat_picture* picture, splat_picture_cut_desc* desc, splat_picture_info* info);
 
         /// <summary>
         /// Get the path of weights that come with the library: below its prefix, or in its build folder.
@@ -1063,8 +1564,12 @@ namespace Splat.Interop
         ///           a picture with depth and normals
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_builtin_weights(byte* name,
-            byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_builtin_weights(byte* name, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Create a predictor. If the weights were trained with another field of view than data.fov, theirs
@@ -1074,19 +1579,32 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
         ///   or as splat_weights_load, splat_weights_fold and splat_model_create
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_predictor_create(SafeDeviceHandle device, splat_predictor_desc* desc, IntPtr* predictor);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_create(SafeDeviceHandle device, splat_predictor_desc* desc, IntPtr* predictor);
 
         /// <summary>Describe a predictor. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
         /// (info).</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_predictor_get_info(SafePredictorHandle predictor, splat_predictor_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_get_info(SafePredictorHandle predictor, splat_predictor_info* info);
 
         /// <summary>Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": [sentences], "ignored":
         /// [sentences on parts of the file that are not read], "category", "metadata" (of the file), "load" (as
         /// splat_model_report), "config"}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_predictor_report(SafePredictorHandle predictor, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_report(SafePredictorHandle predictor, byte* buffer, UIntPtr capacity, UIntPtr*
+            needed);
 
         /// <summary>
         /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
@@ -1101,9 +1619,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_predictor_predict(SafePredictorHandle predictor, splat_picture* pictures, uint count, IntPtr* scene,
-            splat_prediction* prediction);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_predict(SafePredictorHandle predictor, splat_picture* pictures, uint count, IntPtr*
+            scene, splat_prediction* prediction);
 
         /// <summary>
         /// The same for an object of a data set that was opened with the predictor's resolution and
@@ -1112,20 +1634,33 @@ namespace Splat.Interop
         ///           cameras of `prediction` are those of all
         /// Returns as splat_predictor_predict and splat_dataset_read
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_predictor_predict_object(SafePredictorHandle predictor, SafeDatasetHandle dataset, uint @object,
-            uint* views, uint count, IntPtr* scene, splat_prediction* prediction);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_predict_object(SafePredictorHandle predictor, SafeDatasetHandle dataset, uint
+            @object, uint* views, uint count, IntPtr* scene, splat_prediction* prediction);
 
         /// <summary>Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms",
         /// "network_ms", "pictures": [{"width", "height", "mask" ("mask", "alpha", "border", "nothing"), "square",
         /// "focal", "fov", "warnings": [sentences]}]}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
         /// SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_prediction_report(splat_prediction* prediction, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prediction_report(splat_prediction* prediction, byte* buffer, UIntPtr capacity, UIntPtr*
+            needed);
 
         /// <summary>Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_predictor_destroy(IntPtr
-            predictor);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_destroy(IntPtr predictor);
 
         /// <summary>
         /// Create a rasterizer with its memory; the memory for intersections grows on demand.
@@ -1135,20 +1670,32 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians, views or pixels than the device takes
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_rasterizer_create(SafeDeviceHandle device, splat_rasterizer_desc* desc, IntPtr* rasterizer);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_create(SafeDeviceHandle device, splat_rasterizer_desc* desc, IntPtr* rasterizer);
 
         /// <summary>Create one more state: the memory of one forward call with its images and with what its backward
         /// call needs. A rasterizer has one, for calls with state = NULL. With more, several forward calls stay
         /// alive, and their backward calls come in any order. States of one rasterizer share the memory of gradients.
         /// Returns as splat_rasterizer_create.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_raster_state_create(SafeRasterizerHandle rasterizer, IntPtr* state);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_raster_state_create(SafeRasterizerHandle rasterizer, IntPtr* state);
 
         /// <summary>Destroy a state. Its rasterizer may have been destroyed before. Returns SPLAT_OK, or
         /// SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_raster_state_destroy(IntPtr
-            state);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_raster_state_destroy(IntPtr state);
 
         /// <summary>
         /// Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are not
@@ -1173,8 +1720,12 @@ namespace Splat.Interop
         /// After an error before the device starts, the last images stay; later ones leave none, and so does
         /// an error of a call that made the memory anew.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_rasterizer_forward_scene(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_forward_scene(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
             SafeSceneHandle scene, splat_camera* cameras, uint count, float* background);
 
         /// <summary>
@@ -1185,8 +1736,12 @@ namespace Splat.Interop
         ///                                     another number of ranges than cameras, and ranges of more
         ///                                     Gaussians in all than the rasterizer was made for
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_rasterizer_forward(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_forward(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
             splat_gaussians_desc* gaussians, splat_camera* cameras, uint count, float* background);
 
         /// <summary>
@@ -1199,18 +1754,26 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_rasterizer_output(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output output,
-            SafeTensorHandle tensor);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_output(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output
+            output, SafeTensorHandle tensor);
 
         /// <summary>
         /// Copy an output of the last forward call, float32, to host memory.
         /// values    out, `bytes` bytes, at least those of the output; untouched on error
         /// Returns as splat_rasterizer_output; SPLAT_ERROR_INVALID_ARGUMENT also for too few bytes.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_rasterizer_read(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output output, float*
-            values, UIntPtr bytes);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_read(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output output,
+            float* values, UIntPtr bytes);
 
         /// <summary>
         /// Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once. 8 bits are 255 v
@@ -1224,9 +1787,13 @@ namespace Splat.Interop
         ///                                     that is too short, or has two samples in one place
         ///   SPLAT_ERROR_SHAPE_MISMATCH        an image of another size or number of channels
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_rasterizer_read_images(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output output,
-            uint first, splat_image* images, uint count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_read_images(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output
+            output, uint first, splat_image* images, uint count);
 
         /// <summary>
         /// Compute gradients at the inputs of the state's last forward call; in the shapes above, N and V
@@ -1241,21 +1808,33 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST; after the last two the gradients are undefined
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_rasterizer_backward(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_backward(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
             splat_gradients_desc* gradients);
 
         /// <summary>Describe the last forward call of a state; zeros before the first. Does not wait for a call that
         /// draws on another thread. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_ARGUMENT.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_rasterizer_get_info(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_get_info(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
             splat_rasterizer_info* info);
 
         /// <summary>Destroy a rasterizer; scenes, with their packed copies on the device, tensors and states stay.
         /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_rasterizer_destroy(IntPtr
-            rasterizer);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_destroy(IntPtr rasterizer);
 
         /// <summary>
         /// Draw views of a scene, with all its bands and as its file says (splat_scene_info.drawn_as), into images,
@@ -1270,9 +1849,13 @@ namespace Splat.Interop
         /// Returns as splat_device_create, splat_rasterizer_create, splat_rasterizer_forward_scene and
         ///   splat_rasterizer_read_images
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_render(SafeSceneHandle
-            scene, SafeDeviceHandle device, splat_camera* cameras, uint count, splat_scene_render_desc* desc,
-            splat_image* images);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_render(SafeSceneHandle scene, SafeDeviceHandle device, splat_camera* cameras, uint
+            count, splat_scene_render_desc* desc, splat_image* images);
 
         /// <summary>
         /// Read an image file: PNG, JPEG (turned as its Exif data says), WebP, binary PGM and PPM, or numbers:
@@ -1291,16 +1874,24 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           CMYK, an animated WebP, a side above 16384, another type of
         ///                                     .npy
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_load(byte* path,
-            splat_image* image, splat_image_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_load(byte* path, splat_image* image, splat_image_info* info);
 
         /// <summary>
         /// Read an image from the bytes of such a file.
         /// data      in, `bytes` bytes
         /// Returns as splat_image_load.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_load_memory(void* data,
-            UIntPtr bytes, splat_image* image, splat_image_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_load_memory(void* data, UIntPtr bytes, splat_image* image, splat_image_info* info);
 
         /// <summary>
         /// Write an image by the extension of the path: .png or .npy. The file appears whole or not at all.
@@ -1310,8 +1901,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_IO                    the file cannot be written, e.g. the disk is full
         ///   SPLAT_ERROR_UNSUPPORTED           another extension
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_save(byte* path,
-            splat_image* image);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_save(byte* path, splat_image* image);
 
         /// <summary>
         /// Write the same bytes to memory.
@@ -1320,8 +1915,13 @@ namespace Splat.Interop
         ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
         /// Returns as splat_image_save, SPLAT_INCOMPLETE.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_save_memory(splat_image*
-            image, ImageFormat format, void* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_save_memory(splat_image* image, ImageFormat format, void* buffer, UIntPtr capacity,
+            UIntPtr* needed);
 
         /// <summary>
         /// Write images of one size as an animation that repeats for ever, by the extension of the path:
@@ -1331,17 +1931,25 @@ namespace Splat.Interop
         /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif, and for a
         ///   longer side than the format has.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_save_animation(byte* path,
-            splat_image* frames, uint count, uint milliseconds);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_save_animation(byte* path, splat_image* frames, uint count, uint milliseconds);
 
         /// <summary>
         /// Write the same bytes to memory.
         /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_GIF or SPLAT_IMAGE_WEBP
         /// Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_image_save_animation_memory(splat_image* frames, uint count, uint milliseconds, ImageFormat format,
-            void* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_save_animation_memory(splat_image* frames, uint count, uint milliseconds, ImageFormat
+            format, void* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Compare two images in double precision: PSNR, and SSIM with a Gaussian window of 11 x 11 pixels
@@ -1350,15 +1958,23 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers that are not finite),
         ///   SPLAT_ERROR_SHAPE_MISMATCH (two sizes)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_compare(splat_image* a,
-            splat_image* b, splat_image_scores* scores);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_compare(splat_image* a, splat_image* b, splat_image_scores* scores);
 
         /// <summary>Create the network of LPIPS. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
         /// SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor missing from all files), SPLAT_ERROR_SHAPE_MISMATCH (a tensor
         /// of another network), SPLAT_ERROR_UNSUPPORTED (a side above 16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
         /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_lpips_create(SafeDeviceHandle
-            device, splat_lpips_desc* desc, IntPtr* lpips);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_lpips_create(SafeDeviceHandle device, splat_lpips_desc* desc, IntPtr* lpips);
 
         /// <summary>
         /// Measure the distance of two images with values nominally 0 to 1, not clamped; equal images have
@@ -1368,11 +1984,20 @@ namespace Splat.Interop
         ///   that are not finite), SPLAT_ERROR_SHAPE_MISMATCH (another size), SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_lpips_compare(SafeLpipsHandle
-            lpips, splat_image* a, splat_image* b, double* value);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_lpips_compare(SafeLpipsHandle lpips, splat_image* a, splat_image* b, double* value);
 
         /// <summary>Destroy it. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_lpips_destroy(IntPtr lpips);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_lpips_destroy(IntPtr lpips);
 
         /// <summary>
         /// Do the next piece of work: a step, one piece of a validation, a saved state. After the end it gives
@@ -1382,25 +2007,42 @@ namespace Splat.Interop
         ///   (the folder cannot be written), and errors of the task: of a training, those of
         ///   splat_batches_next and splat_trainer_step
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_run_next(SafeRunHandle run,
-            splat_run_event* @event);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_run_next(SafeRunHandle run, splat_run_event* @event);
 
         /// <summary>End the run: the next call of splat_run_next saves the state and ends with
         /// SPLAT_EVENT_INTERRUPTED. Any thread may call it, and a signal handler. Returns SPLAT_OK,
         /// SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_run_interrupt(SafeRunHandle
-            run);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_run_interrupt(SafeRunHandle run);
 
         /// <summary>JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
         /// before the first of this session), "val_psnr" and "val_ssim" (null before a validation), "best_val_psnr",
         /// "peak_bytes", "ledger" (what was drawn and finite in this session's last attempt; of a training as in
         /// splat_trainer_report)}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_run_report(SafeRunHandle run,
-            byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_run_report(SafeRunHandle run, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>Close a run. Steps since the latest state are lost; resuming repeats them with the same bits.
         /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_run_destroy(IntPtr run);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_run_destroy(IntPtr run);
 
         /// <summary>JSON array of all keys of a configuration, in the order of their sections: {"key", "type"
         /// ("integer", "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list of texts",
@@ -1408,8 +2050,12 @@ namespace Splat.Interop
         /// (null: none), "origin" ("published": of Splatter Image or its fork with priors; "ours"), "effect" (false:
         /// accepted, but without effect), "resumable" (true: a run may go on with another value), "about" (one
         /// sentence)}. Returns SPLAT_OK or SPLAT_INCOMPLETE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_config_keys(byte* buffer,
-            UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_config_keys(byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Say what a training of a configuration would leave out. JSON: {"warnings": [sentences]}: keys
@@ -1419,8 +2065,13 @@ namespace Splat.Interop
         /// Returns as splat_config_merge; SPLAT_ERROR_INVALID_ARGUMENT also where splat_training_open
         ///   refuses (opt.pretrained_hf; adapters without opt.lora_finetune; no file of vectors)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_config_check(byte* text, byte**
-            values, UIntPtr count, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_config_check(byte* text, byte** values, UIntPtr count, byte* buffer, UIntPtr capacity,
+            UIntPtr* needed);
 
         /// <summary>
         /// Make a configuration of network and training with every value, as JSON for splat_model_create and
@@ -1432,18 +2083,31 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (an unknown key, with the
         ///   nearest known one; a value outside its range)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_config_merge(byte* text, byte**
-            values, UIntPtr count, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_config_merge(byte* text, byte** values, UIntPtr count, byte* buffer, UIntPtr capacity,
+            UIntPtr* needed);
 
         /// <summary>JSON array of the published configurations that the library has by name: {"name", "about"}.
         /// Returns SPLAT_OK or SPLAT_INCOMPLETE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_config_presets(byte* buffer,
-            UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_config_presets(byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>The text of one of them, such as "cars", in YAML, for splat_config_merge. Returns SPLAT_OK,
         /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such name)</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_config_preset(byte* name, byte*
-            buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_config_preset(byte* name, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Create an optimizer; its moments are zero. It keeps models, modules and tensors alive.
@@ -1457,8 +2121,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_SHAPE_MISMATCH        a gradient of another shape than its parameter
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_optimizer_create(SafeDeviceHandle device, splat_optimizer_desc* desc, IntPtr* optimizer);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_optimizer_create(SafeDeviceHandle device, splat_optimizer_desc* desc, IntPtr* optimizer);
 
         /// <summary>
         /// Update the parameters from their gradients, which stay. If a gradient is not finite, nothing is
@@ -1468,12 +2136,20 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_STATE (a mapped tensor), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST;
         ///   after the last two the parameters are undefined
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_optimizer_step(SafeOptimizerHandle optimizer, splat_optimizer_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_optimizer_step(SafeOptimizerHandle optimizer, splat_optimizer_info* info);
 
         /// <summary>Set all gradients to zero. Returns as splat_optimizer_step.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_optimizer_zero_gradients(SafeOptimizerHandle optimizer);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_optimizer_zero_gradients(SafeOptimizerHandle optimizer);
 
         /// <summary>
         /// Reorder, drop and add rows of tensors, with their moments and averages: the Gaussians of a scene that
@@ -1504,54 +2180,90 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
         ///   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST  the parameters are undefined; else nothing changed
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_optimizer_gather_rows(SafeOptimizerHandle optimizer, byte* pattern, long* rows, ulong count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_optimizer_gather_rows(SafeOptimizerHandle optimizer, byte* pattern, long* rows, ulong count);
 
         /// <summary>Replace desc.rate, which the schedule and the groups scale. Returns SPLAT_OK,
         /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (rate &lt; 0, not finite)</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_optimizer_set_rate(SafeOptimizerHandle optimizer, double rate);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_optimizer_set_rate(SafeOptimizerHandle optimizer, double rate);
 
         /// <summary>Describe an optimizer and its last step. Does not wait for a call on another thread. Returns
         /// SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_optimizer_get_info(SafeOptimizerHandle optimizer, splat_optimizer_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_optimizer_get_info(SafeOptimizerHandle optimizer, splat_optimizer_info* info);
 
         /// <summary>Copy the averaged parameters, by name, to new weights; without averages the parameters. Returns
         /// as splat_model_store.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_optimizer_store(SafeOptimizerHandle optimizer, IntPtr* weights);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_optimizer_store(SafeOptimizerHandle optimizer, IntPtr* weights);
 
         /// <summary>Copy moments, averages, counters, numbers of rows and rate to new weights, to be saved as
         /// .safetensors with splat_weights_save. Parameters are not in it: store them beside it. Returns as
         /// splat_model_store.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_optimizer_save(SafeOptimizerHandle optimizer, IntPtr* state);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_optimizer_save(SafeOptimizerHandle optimizer, IntPtr* state);
 
         /// <summary>
         /// Go on from such weights, bit-exactly. On an error the optimizer is unchanged.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      weights that are no state, or that of other parameters
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_optimizer_load(SafeOptimizerHandle optimizer, SafeWeightsHandle state);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_optimizer_load(SafeOptimizerHandle optimizer, SafeWeightsHandle state);
 
         /// <summary>Destroy an optimizer; what it updated stays. Returns SPLAT_OK, or
         /// SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_optimizer_destroy(IntPtr
-            optimizer);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_optimizer_destroy(IntPtr optimizer);
 
         /// <summary>Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes
         /// to the log. Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but
         /// files of vectors are not needed.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_create(SafeDeviceHandle
-            device, splat_trainer_desc* desc, IntPtr* trainer);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_trainer_create(SafeDeviceHandle device, splat_trainer_desc* desc, IntPtr* trainer);
 
         /// <summary>Return the network in training, to initialise, load, store and read it: a separate handle, which
         /// the caller destroys and which keeps the trainer's memory alive. Its passes apply dropout as in training.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL).</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_model(SafeTrainerHandle
-            trainer, IntPtr* model);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_trainer_model(SafeTrainerHandle trainer, IntPtr* model);
 
         /// <summary>
         /// Do one update. Arrays are read before the call returns.
@@ -1563,8 +2275,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
         ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_step(SafeTrainerHandle
-            trainer, splat_trainer_batch* batch, splat_trainer_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_trainer_step(SafeTrainerHandle trainer, splat_trainer_batch* batch, splat_trainer_info*
+            info);
 
         /// <summary>
         /// Read what the steps without `info` did, oldest first, each step once. Nothing of them is lost if a step with
@@ -1575,27 +2292,44 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE (what fits was given), SPLAT_ERROR_INVALID_HANDLE,
         ///   SPLAT_ERROR_INVALID_ARGUMENT (infos), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; none is given then
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_read(SafeTrainerHandle
-            trainer, splat_trainer_info* infos, UIntPtr capacity, UIntPtr* count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_trainer_read(SafeTrainerHandle trainer, splat_trainer_info* infos, UIntPtr capacity, UIntPtr*
+            count);
 
         /// <summary>JSON: {"step" (updates by the steps that were read), "attempts" (all steps, with skipped ones),
         /// "unread" (steps that were not read), "skipped" (steps without an update in a row, up to the last that was
         /// read), "parameters", "trainable", "ledger" (of the last step that was read; null before the first):
         /// {"visible", "culled", "non_finite", "gradients_zero"} (see splat_trainer_info), "config"}. Does not wait
         /// for a call on another thread. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_report(SafeTrainerHandle
-            trainer, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_trainer_report(SafeTrainerHandle trainer, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>Store the averaged weights (opt.ema) as a state dict, or the current ones if there are none.
         /// Returns as splat_model_store.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_store(SafeTrainerHandle
-            trainer, IntPtr* weights);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_trainer_store(SafeTrainerHandle trainer, IntPtr* weights);
 
         /// <summary>Save everything that the next step depends on in a .safetensors file, whole or not at all.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_NOT_FOUND,
         /// SPLAT_ERROR_IO (cannot be written), and errors of the device.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_save(SafeTrainerHandle
-            trainer, byte* path);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_trainer_save(SafeTrainerHandle trainer, byte* path);
 
         /// <summary>
         /// Write the same bytes to memory.
@@ -1603,8 +2337,13 @@ namespace Splat.Interop
         ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
         /// Returns as splat_trainer_save, SPLAT_INCOMPLETE.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_trainer_save_memory(SafeTrainerHandle trainer, void* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_trainer_save_memory(SafeTrainerHandle trainer, void* buffer, UIntPtr capacity, UIntPtr*
+            needed);
 
         /// <summary>
         /// Resume from such a file, bit-exactly. On an error the trainer is unchanged.
@@ -1613,19 +2352,32 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
         ///   SPLAT_ERROR_FORMAT                damaged (it has a checksum), or not such a file
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_resume(SafeTrainerHandle
-            trainer, byte* path);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_trainer_resume(SafeTrainerHandle trainer, byte* path);
 
         /// <summary>
         /// Resume from the bytes of such a file.
         /// data      in, `bytes` bytes
         /// Returns as splat_trainer_resume.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_trainer_resume_memory(SafeTrainerHandle trainer, void* data, UIntPtr bytes);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_trainer_resume_memory(SafeTrainerHandle trainer, void* data, UIntPtr bytes);
 
         /// <summary>Destroy a trainer. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_destroy(IntPtr trainer);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_trainer_destroy(IntPtr trainer);
 
         /// <summary>
         /// Begin with a data set, which may be destroyed afterwards.
@@ -1637,8 +2389,12 @@ namespace Splat.Interop
         ///   set opened otherwise), SPLAT_ERROR_FORMAT (an object has too few views),
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_batches_create(SafeDatasetHandle
-            dataset, byte* config, ulong seed, IntPtr* batches);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_batches_create(SafeDatasetHandle dataset, byte* config, ulong seed, IntPtr* batches);
 
         /// <summary>
         /// Get a batch for splat_trainer_step.
@@ -1648,11 +2404,20 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, and as splat_dataset_read; the next call tries again
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_batches_next(SafeBatchesHandle
-            batches, ulong step, splat_trainer_batch* batch);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_batches_next(SafeBatchesHandle batches, ulong step, splat_trainer_batch* batch);
 
         /// <summary>Destroy batches. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_batches_destroy(IntPtr batches);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_batches_destroy(IntPtr batches);
 
         /// <summary>
         /// Open a run, which splat_run_destroy closes: check the configuration, the data (views of every
@@ -1671,8 +2436,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_IO                    the folder cannot be written; parts may remain
         ///   and errors of the device
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_training_open(SafeDeviceHandle
-            device, splat_training_desc* desc, IntPtr* run);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_training_open(SafeDeviceHandle device, splat_training_desc* desc, IntPtr* run);
 
         /// <summary>
         /// Describe the latest attempt of a step in this session, skipped or not. With opt.read_every above 1
@@ -1682,16 +2451,24 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL; a run of another
         ///   task), SPLAT_ERROR_INVALID_STATE (before the first step)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_training_last_step(SafeRunHandle
-            run, splat_trainer_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_training_last_step(SafeRunHandle run, splat_trainer_info* info);
 
         /// <summary>
         /// Return the network in training.
         /// run       of splat_training_open
         /// Returns as splat_trainer_model.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_training_model(SafeRunHandle
-            run, IntPtr* model);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_training_model(SafeRunHandle run, IntPtr* model);
 
         /// <summary>
         /// Create an evaluator.
@@ -1702,13 +2479,21 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_SHAPE_MISMATCH        LPIPS for images of another size
         ///   and as splat_dataset_open
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_evaluator_create(splat_evaluator_desc* desc, IntPtr* evaluator);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_evaluator_create(splat_evaluator_desc* desc, IntPtr* evaluator);
 
         /// <summary>Describe an evaluator. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
         /// (info).</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_evaluator_get_info(SafeEvaluatorHandle evaluator, splat_evaluator_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_evaluator_get_info(SafeEvaluatorHandle evaluator, splat_evaluator_info* info);
 
         /// <summary>
         /// Predict an object, draw its views and score them. Objects may be scored in any order; scoring one
@@ -1721,8 +2506,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT                the object has no novel views
         ///   and as splat_dataset_read and splat_model_forward; the object then stays as it was
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_evaluator_score(SafeEvaluatorHandle evaluator, uint @object, splat_object_scores* scores);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_evaluator_score(SafeEvaluatorHandle evaluator, uint @object, splat_object_scores* scores);
 
         /// <summary>
         /// Score images that the caller made, by the same protocol.
@@ -1731,9 +2520,13 @@ namespace Splat.Interop
         /// Returns as splat_evaluator_score, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_SHAPE_MISMATCH
         ///   (count)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_evaluator_score_images(SafeEvaluatorHandle evaluator, uint @object, float* images, ulong count,
-            splat_object_scores* scores);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_evaluator_score_images(SafeEvaluatorHandle evaluator, uint @object, float* images, ulong
+            count, splat_object_scores* scores);
 
         /// <summary>
         /// Read the views of an object. With all arrays NULL only their numbers are found, and no file is
@@ -1744,13 +2537,21 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_STATE         `drawn` is wanted, and the latest object scored is another
         ///   and as splat_dataset_read; on an error nothing is written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_evaluator_read(SafeEvaluatorHandle evaluator, uint @object, splat_evaluated_views* views);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_evaluator_read(SafeEvaluatorHandle evaluator, uint @object, splat_evaluated_views* views);
 
         /// <summary>Sum up. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL,
         /// struct_size).</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_evaluator_summary(SafeEvaluatorHandle evaluator, splat_evaluation_summary* summary);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_evaluator_summary(SafeEvaluatorHandle evaluator, splat_evaluation_summary* summary);
 
         /// <summary>The summary as JSON, the content of results.json: {"schema": 1, "weights" (path), "baseline" (the
         /// method), "split", "data": {"format", "objects"}, "device", "objects", "novel": {"psnr", "ssim", "lpips",
@@ -1758,8 +2559,13 @@ namespace Splat.Interop
         /// "ledger": {the members of splat_ledger, "objects": [{"object" (name), ...} for each with numbers that are
         /// not finite or blank images]}}. NaN is null. Returns SPLAT_OK, SPLAT_INCOMPLETE,
         /// SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_evaluator_report(SafeEvaluatorHandle evaluator, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_evaluator_report(SafeEvaluatorHandle evaluator, byte* buffer, UIntPtr capacity, UIntPtr*
+            needed);
 
         /// <summary>
         /// Write what `vkrun eval` writes: results.json, per_object.csv (a line per object), scores.txt
@@ -1769,8 +2575,12 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
         ///   (the folder or a file cannot be written).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_evaluator_save(SafeEvaluatorHandle evaluator, byte* folder);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_evaluator_save(SafeEvaluatorHandle evaluator, byte* folder);
 
         /// <summary>
         /// Take over scores that splat_evaluator_save wrote, by the names of objects, as if they had been
@@ -1783,12 +2593,20 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  the file is not there, cannot be
         ///                                     read, is damaged
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_evaluator_load(SafeEvaluatorHandle evaluator, byte* folder);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_evaluator_load(SafeEvaluatorHandle evaluator, byte* folder);
 
         /// <summary>Destroy an evaluator. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_evaluator_destroy(IntPtr
-            evaluator);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_evaluator_destroy(IntPtr evaluator);
 
         /// <summary>
         /// Compare B with A in every metric that both have. The same numbers for the same seed.
@@ -1798,13 +2616,21 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_NOT_FOUND             no such file; compared in pairs, they share no object
         ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO   a file that is damaged or cannot be read
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_compare_scores(splat_compare_desc* desc, IntPtr* comparison);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_compare_scores(splat_compare_desc* desc, IntPtr* comparison);
 
         /// <summary>Describe a comparison. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
         /// (info).</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_comparison_get_info(SafeComparisonHandle comparison, splat_comparison_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_comparison_get_info(SafeComparisonHandle comparison, splat_comparison_info* info);
 
         /// <summary>
         /// Get the comparison in one metric.
@@ -1813,8 +2639,13 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (index, NULL,
         ///   struct_size).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_comparison_metric(SafeComparisonHandle comparison, uint index, splat_metric_comparison* metric);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_comparison_metric(SafeComparisonHandle comparison, uint index, splat_metric_comparison*
+            metric);
 
         /// <summary>
         /// Copy the scores that were compared in one metric; paired, those of one object have the same place
@@ -1824,21 +2655,34 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (index, an array that
         ///   is too short).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_comparison_samples(SafeComparisonHandle comparison, uint index, double* a, ulong a_count, double* b,
-            ulong b_count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_comparison_samples(SafeComparisonHandle comparison, uint index, double* a, ulong a_count,
+            double* b, ulong b_count);
 
         /// <summary>JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed",
         /// "least_objects" (with fewer the verdict is TOO_FEW), "permutations", "note" (on objects that only one has;
         /// may be empty), "metrics": [{"metric", "mean_a", "mean_b", "observed_difference", "p_permutation",
         /// "p_parametric", "p_holm", "ci": [low, high], "effect_size", "n_pairs", "n_a", "n_b", "exact",
         /// "verdict"}]}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_comparison_report(SafeComparisonHandle comparison, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_comparison_report(SafeComparisonHandle comparison, byte* buffer, UIntPtr capacity, UIntPtr*
+            needed);
 
         /// <summary>Destroy a comparison. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_comparison_destroy(IntPtr
-            comparison);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_comparison_destroy(IntPtr comparison);
 
         /// <summary>
         /// Give others a handle of a tensor's memory, with what they must know to open it: elements are
@@ -1852,8 +2696,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY  no descriptor is left
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_export(SafeTensorHandle
-            tensor, splat_external_memory* memory);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_export(SafeTensorHandle tensor, splat_external_memory* memory);
 
         /// <summary>
         /// Create a tensor in memory that splat_tensor_export, another process or another API exported on the
@@ -1869,8 +2717,13 @@ namespace Splat.Interop
         ///   device's alignment (256 suits all), a memory_type that the device does not have for tensors;
         ///   SPLAT_ERROR_UNSUPPORTED also without SPLAT_FEATURE_EXTERNAL_MEMORY
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_import(SafeDeviceHandle
-            device, splat_tensor_desc* desc, splat_external_memory* memory, IntPtr* tensor);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tensor_import(SafeDeviceHandle device, splat_tensor_desc* desc, splat_external_memory*
+            memory, IntPtr* tensor);
 
         /// <summary>
         /// Open a fit, which splat_run_destroy closes: read the photographs, undo the distortion of their lenses, and without
@@ -1897,8 +2750,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY  `memory_bytes`, or the memory that there is, are too little for any of this
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY    and errors of the device
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_fit_open(SafeDeviceHandle
-            device, splat_fit_desc* desc, IntPtr* run);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_fit_open(SafeDeviceHandle device, splat_fit_desc* desc, IntPtr* run);
 
         /// <summary>
         /// Copy the Gaussians as they are to a new scene, in the frame and units of the cameras.
@@ -1907,8 +2764,12 @@ namespace Splat.Interop
         ///   task), SPLAT_CANCELLED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_fit_scene(SafeRunHandle run,
-            IntPtr* scene);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_fit_scene(SafeRunHandle run, IntPtr* scene);
 
         /// <summary>
         /// Score any scene on the photographs that a fit of `desc` holds out, as that fit scores itself, drawn as the scene's
@@ -1926,8 +2787,13 @@ namespace Splat.Interop
         ///   splat_run_next returns SPLAT_ERROR_INVALID_ARGUMENT for a drawn image that is not finite, and errors of the
         ///   device
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_fit_score(SafeDeviceHandle
-            device, splat_fit_desc* desc, SafeSceneHandle scene, double border, IntPtr* run);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_fit_score(SafeDeviceHandle device, splat_fit_desc* desc, SafeSceneHandle scene, double
+            border, IntPtr* run);
 
         /// <summary>
         /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
@@ -1936,8 +2802,12 @@ namespace Splat.Interop
         /// name      as of splat_prior_model_desc; NULL: all names, as a JSON array
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_prior_preset(byte* name, byte*
-            buffer, UIntPtr capacity, UIntPtr* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_preset(byte* name, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Load a model.
@@ -1948,13 +2818,21 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT            no ONNX file, a damaged one, or one with other inputs or outputs
         ///                                 than the preset's
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_prior_model_create(splat_prior_model_desc* desc, IntPtr* model);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_model_create(splat_prior_model_desc* desc, IntPtr* model);
 
         /// <summary>Describe a model. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
         /// (info).</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_prior_model_get_info(SafePriorModelHandle model, splat_prior_model_info* info);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_model_get_info(SafePriorModelHandle model, splat_prior_model_info* info);
 
         /// <summary>
         /// Make maps of pictures. Those whose inputs have the same size run at once if the model takes any
@@ -1968,13 +2846,21 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT            the model cannot run, or gives an output of another shape
         ///   SPLAT_ERROR_INVALID_STATE     its output is not finite; the handle is of a forked process
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_prior_model_run(SafePriorModelHandle model, splat_image* pictures, splat_prior_maps* maps, uint
-            count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_model_run(SafePriorModelHandle model, splat_image* pictures, splat_prior_maps* maps,
+            uint count);
 
         /// <summary>Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_prior_model_destroy(IntPtr
-            model);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_model_destroy(IntPtr model);
 
         /// <summary>
         /// Find the object of a picture without a network: by an alpha that is not opaque everywhere, else by
@@ -1984,8 +2870,12 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a field of an image),
         ///   SPLAT_ERROR_SHAPE_MISMATCH (the mask), SPLAT_ERROR_OUT_OF_HOST_MEMORY
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_picture_mask(splat_image*
-            picture, splat_image* mask, Found* found);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_picture_mask(splat_image* picture, splat_image* mask, Found* found);
 
         /// <summary>
         /// Make normals of the surface that a depth map shows, by a pinhole camera and differences of
@@ -1997,8 +2887,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a field of an image or of desc, relative depth outside 0 to 1
         ///   SPLAT_ERROR_SHAPE_MISMATCH    channels of the depth, the size or channels of the normals
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_normals_from_depth(splat_image*
-            depth, splat_normals_desc* desc, splat_image* normal);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_normals_from_depth(splat_image* depth, splat_normals_desc* desc, splat_image* normal);
 
         /// <summary>
         /// Compare a depth map with the true one, both with larger numbers for nearer pixels, or both with
@@ -2011,8 +2905,13 @@ namespace Splat.Interop
         ///                                     that are not finite, a truth &lt;= 0 inside of the mask
         ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_prior_compare_depth(splat_image*
-            prediction, splat_image* truth, splat_image* mask, DepthFlags flags, splat_depth_scores* scores);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_compare_depth(splat_image* prediction, splat_image* truth, splat_image* mask,
+            DepthFlags flags, splat_depth_scores* scores);
 
         /// <summary>
         /// Compare normal maps. Lengths do not matter, but a vector shorter than 0.5 stands for none.
@@ -2024,9 +2923,13 @@ namespace Splat.Interop
         ///                                     that are not finite, no true normal inside of the mask
         ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or other channels
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_prior_compare_normals(splat_image* prediction, splat_image* truth, splat_image* mask, NormalFlags
-            flags, splat_normal_scores* scores);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_compare_normals(splat_image* prediction, splat_image* truth, splat_image* mask,
+            NormalFlags flags, splat_normal_scores* scores);
 
         /// <summary>
         /// Compare a mask with the true one.
@@ -2036,8 +2939,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, a number outside 0 to 1
         ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_prior_compare_masks(splat_image*
-            prediction, splat_image* alpha, MaskFlags flags, splat_mask_scores* scores);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_compare_masks(splat_image* prediction, splat_image* alpha, MaskFlags flags,
+            splat_mask_scores* scores);
 
         /// <summary>
         /// Compare images by visual information fidelity in the pixel domain, at four scales (Sheikh and
@@ -2048,8 +2956,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, numbers that are not finite
         ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or fewer pixels
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_prior_compare_images(splat_image* prediction, splat_image* truth, FidelityFlags flags,
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_compare_images(splat_image* prediction, splat_image* truth, FidelityFlags flags,
             splat_fidelity_scores* scores);
 
         /// <summary>
@@ -2060,8 +2972,12 @@ namespace Splat.Interop
         ///                                     also those outside 0 to 1
         ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_prior_filter(splat_image* map,
-            MapFilter filter, splat_image* filtered);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_filter(splat_image* map, MapFilter filter, splat_image* filtered);
 
         /// <summary>
         /// Sample the surface of a mesh, uniformly by area, or the points of a point cloud, evenly.
@@ -2077,8 +2993,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           free-form surfaces, lines that continue in the next one; a PLY
         ///                                     with faces
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_points_from_mesh(byte* path,
-            ulong seed, float* points, ulong count);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_points_from_mesh(byte* path, ulong seed, float* points, ulong count);
 
         /// <summary>
         /// The points that a depth map shows, in the world.
@@ -2092,8 +3012,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, a camera, numbers that are not finite
         ///   SPLAT_ERROR_SHAPE_MISMATCH        another size than the camera's, or more than one channel
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_points_from_depth(splat_image*
-            depth, splat_camera* camera, float* points, ulong capacity, ulong* needed);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_points_from_depth(splat_image* depth, splat_camera* camera, float* points, ulong capacity,
+            ulong* needed);
 
         /// <summary>
         /// Compare the means of a scene's Gaussians with true points. Nearest points are exact.
@@ -2105,9 +3030,93 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT (NULL, min_opacity, threshold, struct_size, a count that 3 does
         ///   not divide, no points, no Gaussian that counts, numbers that are not finite)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
-            splat_scene_compare_points(SafeSceneHandle scene, double min_opacity, float* points, ulong count, double
-            threshold, splat_point_scores* scores);
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_compare_points(SafeSceneHandle scene, double min_opacity, float* points, ulong count,
+            double threshold, splat_point_scores* scores);
+
+        /// <summary>
+        /// Say what to enable on a device. Needed are Vulkan 1.2 of the instance (apiVersion) and the device, a
+        /// queue with compute, timelineSemaphore, and VK_KHR_portability_subset where the device has it.
+        /// shaderInt64 is asked for where CPU devices have it, whose kernels are fast with it only.
+        /// needs     in/out, struct_size set
+        /// Returns SPLAT_OK, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a struct_size, a physical device of another instance, a chain
+        ///                                 without the structs above
+        ///   SPLAT_ERROR_UNSUPPORTED       the device lacks what is needed; the message lists all of it
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_requirements(splat_vulkan_requirements* needs);
+
+        /// <summary>
+        /// Open a device of the library on one of the application: all calls work there, on its queue. Several may
+        /// share one VkDevice. A device that is lost is the application's to create anew. Wrong handles are refused
+        /// where Vulkan tells, and undefined elsewhere.
+        /// vulkan    what the application has
+        /// desc      as for splat_device_create, with zero in select, index, kind, uuid, and without
+        ///           SPLAT_DEVICE_VALIDATION, which the application's instance decides; may be NULL
+        /// device    out, owned by the caller
+        /// Returns SPLAT_OK, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT  a field of vulkan or desc; one callback without the other; a physical
+        ///                                 device or a family of queues that the instance does not have
+        ///   SPLAT_ERROR_UNSUPPORTED       the device was made without what is needed: the message lists all
+        ///                                 versions, features and extensions that are missing; nothing was made
+        ///   SPLAT_ERROR_INVALID_STATE     forked, see core.h
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_device_from_vulkan(splat_vulkan_desc* vulkan, splat_device_desc* desc, IntPtr* device);
+
+        /// <summary>
+        /// Draw a scene into an image or buffer of the application, without waiting for the device. The application
+        /// waits on the device: a submit that waits for frame-&gt;value sees the target written, at any stage, on any
+        /// queue of the same family; a host waits by vkWaitSemaphores. A target that is not of
+        /// VK_SHARING_MODE_CONCURRENT belongs to the queue's family then; for others the application hands it over.
+        /// It must live until then, as must the semaphore waited for.
+        ///
+        /// What the host waits for:
+        ///   - the frame before on this device, if it still runs: there is one at a time, as all calls but those that
+        ///     never wait (core.h) wait for it;
+        ///   - this frame to be drawn, where it is the first one or memory, scene, or numbers have changed since the
+        ///     last: the host then learns how much memory it needs. `waited` says so;
+        ///   - the same for a scene that needs several passes, or lists of a tile in parts.
+        /// Between these, a frame that needs more than a quarter more memory than all before, as after a cut of the
+        /// camera, is lost: it shows the background, or lists up to a limit. The next call tells by `lost`, has the
+        /// memory, and waits. splat_rasterizer_forward_scene before the frame makes sure that it has.
+        /// splat_device_cancel does not end what was submitted, and splat_rasterizer_get_info describes the frame
+        /// before until another call waits. Reading outputs waits for the frame.
+        /// state       of this rasterizer; NULL: its own
+        /// background  exactly 3 floats RGB; NULL = black
+        /// target      the view, W x H pixels of the rasterizer; the library writes nowhere else
+        /// frame       out, struct_size set
+        /// Returns as splat_rasterizer_forward_scene for one camera, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT  also a field of target: both or neither of image and buffer, another
+        ///                                 format, an offset, too few bytes
+        ///   SPLAT_ERROR_INVALID_STATE     also for a device that splat_device_from_vulkan did not open
+        ///   SPLAT_ERROR_UNSUPPORTED       also a scene of more Gaussians than the device takes at a time
+        /// After an error the target is untouched and wait_semaphore is not waited for, but for
+        /// SPLAT_ERROR_DEVICE_LOST.
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_submit(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
+            SafeSceneHandle scene, splat_camera* camera, float* background, splat_vulkan_target* target,
+            splat_vulkan_frame* frame);
     }
 
     /// <summary>Called on the thread that caused the message, at the end of the call that caused it, with no lock of
@@ -2120,6 +3129,15 @@ namespace Splat.Interop
     /// on; another number ends the call with SPLAT_CANCELLED. It must not throw.</summary>
     [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
     public unsafe delegate int splat_progress_callback(void* user, ulong done, ulong total);
+
+    /// <summary>A function of Vulkan, of any type, as PFN_vkVoidFunction.</summary>
+    [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+    public unsafe delegate void splat_vulkan_function();
+
+    /// <summary>Called to lock or unlock a queue, on the thread of a call of the library, in pairs and never nested.
+    /// It must not throw and not call the library.</summary>
+    [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+    public unsafe delegate void splat_queue_callback(void* user);
 
     /// <summary>What a file may cost when it is read, by this process and whatever reads it: a small file can ask for
     /// all memory or for hours. Sizes are compared with these limits before memory is allocated. The limits leave out
@@ -3596,6 +4614,96 @@ namespace Splat.Interop
         /** <summary>harmonic mean of the two</summary> */ public double f_score;
     }
 
+    /// <summary>What an application's device needs.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_vulkan_requirements
+    {
+        public uint struct_size;
+        /** <summary>out: one that fits, without graphics if there is one</summary> */ public uint queue_family;
+        /** <summary>in: vkGetInstanceProcAddr</summary> */ public IntPtr get_instance_proc_addr;
+        /** <summary>in: VkInstance</summary> */ public void* instance;
+        /** <summary>in: VkPhysicalDevice of the instance</summary> */ public void* physical_device;
+        /// <summary>in: VkPhysicalDeviceFeatures2 that the application will pass to vkCreateDevice, with
+        /// VkPhysicalDeviceVulkan12Features or VkPhysicalDeviceTimelineSemaphoreFeatures in its pNext chain. What the
+        /// library uses becomes VK_TRUE there, the rest stays</summary>
+        public void* features;
+        /** <summary>out: extensions of the device to enable; valid for ever</summary> */ public byte** extensions;
+        /** <summary>out</summary> */ public uint extension_count;
+        public uint reserved;
+    }
+
+    /// <summary>A device of an application.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_vulkan_desc
+    {
+        public uint struct_size;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>vkGetInstanceProcAddr</summary> */ public IntPtr get_instance_proc_addr;
+        /** <summary>VkInstance</summary> */ public void* instance;
+        /** <summary>VkPhysicalDevice of the instance</summary> */ public void* physical_device;
+        /** <summary>VkDevice of the physical device</summary> */ public void* device;
+        /** <summary>VkQueue of the device</summary> */ public void* queue;
+        /** <summary>the queue's, with compute</summary> */ public uint queue_family;
+        /** <summary>VkApplicationInfo.apiVersion of the instance</summary> */ public uint api_version;
+        /** <summary>names of the extensions enabled on the device</summary> */ public byte** extensions;
+        public uint extension_count;
+        public uint reserved;
+        /// <summary>VkPhysicalDeviceFeatures2 with its chain, as passed to vkCreateDevice; read before the call
+        /// returns. What is not enabled there or in <c>extensions</c> the library does not use</summary>
+        public void* features;
+        /// <summary>Called before and after each use of the queue (vkQueueSubmit, vkQueueWaitIdle). Both NULL: nobody
+        /// else uses the queue while a call of the library runs, or while another libsplat device has it</summary>
+        public IntPtr lock_queue;
+        public IntPtr unlock_queue;
+        /** <summary>passed to both</summary> */ public void* user;
+    }
+
+    /// <summary>The application's image or buffer that receives a view. Pixels are RGB over the background and alpha,
+    /// as the rasterizer has them: linear with SPLAT_RASTERIZER_LINEAR_COLORS.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_vulkan_target
+    {
+        public uint struct_size;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /// <summary>VkImage of W x H pixels, with VK_IMAGE_USAGE_TRANSFER_DST_BIT: its first level and layer are
+        /// written. It may be in any layout, what it held is lost, and it is left in <c>layout</c>. 0: a
+        /// buffer</summary>
+        public ulong image;
+        /// <summary>VkBuffer with VK_BUFFER_USAGE_TRANSFER_DST_BIT, for rows without gaps from <c>offset</c> on. 0:
+        /// an image</summary>
+        public ulong buffer;
+        /** <summary>bytes, a multiple of 4; 0 with an image</summary> */ public ulong offset;
+        /** <summary>room in the buffer from <c>offset</c> on; 0 with an image</summary> */ public ulong bytes;
+        /// <summary>VkFormat of the pixels: VK_FORMAT_R8G8B8A8_UNORM (37), rounded and clamped as in files;
+        /// VK_FORMAT_R16G16B16A16_SFLOAT (97), rounded as the device does; VK_FORMAT_R32G32B32A32_SFLOAT
+        /// (109)</summary>
+        public uint format;
+        /// <summary>VkImageLayout that the image is left in, not 0 or 8; 0 with a buffer</summary>
+        public uint layout;
+        /// <summary>VkSemaphore, binary or timeline, that the device waits for before it writes; 0: none. What came
+        /// before on the same queue has read the target in any case</summary>
+        public ulong wait_semaphore;
+        /** <summary>what a timeline semaphore must reach; 0 with a binary one</summary> */ public ulong wait_value;
+    }
+
+    /// <summary>A frame that was given to the device.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_vulkan_frame
+    {
+        public uint struct_size;
+        /// <summary>out: 1 if the host waited until it was drawn, see splat_rasterizer_submit</summary>
+        public uint waited;
+        /// <summary>out: VkSemaphore of type timeline, the device's until it closes</summary>
+        public ulong semaphore;
+        /// <summary>out: what the semaphore reaches when the target is written; rises by frame</summary>
+        public ulong value;
+        /// <summary>out: value of an earlier frame of this state whose target shows less than the scene; 0:
+        /// none</summary>
+        public ulong lost;
+    }
+
     /// <summary>What the headers say of the bytes of a struct.</summary>
     public sealed class NativeLayout
     {
@@ -3859,6 +4967,18 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_point_scores), 72, false,
                 "struct_size:0:4 reserved:4:4 gaussians:8:8 accuracy:16:8 completeness:24:8 chamfer:32:8 " +
                 "chamfer_squared:40:8 precision:48:8 recall:56:8 f_score:64:8"),
+            new NativeLayout(typeof(splat_vulkan_requirements), 56, false,
+                "struct_size:0:4 queue_family:4:4 get_instance_proc_addr:8:8 instance:16:8 physical_device:24:8 " +
+                "features:32:8 extensions:40:8 extension_count:48:4 reserved:52:4"),
+            new NativeLayout(typeof(splat_vulkan_desc), 112, false,
+                "struct_size:0:4 flags:4:4 next:8:8 get_instance_proc_addr:16:8 instance:24:8 " +
+                "physical_device:32:8 device:40:8 queue:48:8 queue_family:56:4 api_version:60:4 extensions:64:8 " +
+                "extension_count:72:4 reserved:76:4 features:80:8 lock_queue:88:8 unlock_queue:96:8 user:104:8"),
+            new NativeLayout(typeof(splat_vulkan_target), 72, false,
+                "struct_size:0:4 flags:4:4 next:8:8 image:16:8 buffer:24:8 offset:32:8 bytes:40:8 format:48:4 " +
+                "layout:52:4 wait_semaphore:56:8 wait_value:64:8"),
+            new NativeLayout(typeof(splat_vulkan_frame), 32, false,
+                "struct_size:0:4 waited:4:4 semaphore:8:8 value:16:8 lost:24:8"),
         };
     }
 }

@@ -101,7 +101,7 @@ namespace Splat
         /// Watch a token; null if it can never be cancelled. Throws OperationCanceledException if
         /// it is cancelled already, and ObjectDisposedException if the device is disposed.
         /// </summary>
-        internal static Cancellation Of(SafeDeviceHandle device, CancellationToken token)
+        internal static Cancellation? Of(SafeDeviceHandle device, CancellationToken token)
         {
             token.ThrowIfCancellationRequested();
             if (!token.CanBeCanceled) return null;

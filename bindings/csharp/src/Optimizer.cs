@@ -9,14 +9,14 @@ namespace Splat
     public sealed class OptimizerItem
     {
         /// <summary>A model with gradients; `prefix` goes before its names.</summary>
-        public OptimizerItem(Model model, string prefix = null)
+        public OptimizerItem(Model model, string? prefix = null)
         {
             Model = Check.NotNull(model, nameof(model));
             Name = prefix;
         }
 
         /// <summary>A module with gradients; `prefix` goes before its names.</summary>
-        public OptimizerItem(Module module, string prefix = null)
+        public OptimizerItem(Module module, string? prefix = null)
         {
             Module = Check.NotNull(module, nameof(module));
             Name = prefix;
@@ -30,18 +30,18 @@ namespace Splat
             Gradient = Check.NotNull(gradient, nameof(gradient));
         }
 
-        internal string Name { get; }
-        internal Model Model { get; }
-        internal Module Module { get; }
-        internal Tensor Parameter { get; }
-        internal Tensor Gradient { get; }
+        internal string? Name { get; }
+        internal Model? Model { get; }
+        internal Module? Module { get; }
+        internal Tensor? Parameter { get; }
+        internal Tensor? Gradient { get; }
     }
 
     /// <summary>Parameters with numbers of their own; 0: those of the options.</summary>
     public sealed class OptimizerGroup
     {
         /// <summary>Names: '*' is any text, '?' one character.</summary>
-        public string Pattern { get; set; }
+        public string? Pattern { get; set; }
         /// <summary>Multiplies the rate; 0: 1.</summary>
         public double RateFactor { get; set; }
         /// <summary>Adam's beta1.</summary>
@@ -56,7 +56,7 @@ namespace Splat
     public sealed class OptimizerOptions
     {
         /// <summary>A parameter belongs to the first group that matches its name.</summary>
-        public IReadOnlyList<OptimizerGroup> Groups { get; set; }
+        public IReadOnlyList<OptimizerGroup>? Groups { get; set; }
         /// <summary>0: 5e-5.</summary>
         public double Rate { get; set; }
         /// <summary>0: 0.9.</summary>
@@ -89,7 +89,7 @@ namespace Splat
     {
         /// <summary>Create an optimizer; it keeps what it updates alive.</summary>
         public Optimizer(Device device, IReadOnlyList<OptimizerItem> items,
-                         OptimizerOptions options = null)
+                         OptimizerOptions? options = null)
             : base(Create(device, items, options ?? new OptimizerOptions()))
         {
         }
@@ -102,7 +102,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 splat_optimizer_item[] parts = Items(items, arena);
-                splat_optimizer_group[] groups = Groups(options.Groups, arena);
+                splat_optimizer_group[] groups = Groups(options.Groups ?? Array.Empty<OptimizerGroup>(), arena);
                 var desc = new splat_optimizer_desc
                 {
                     struct_size = (uint)sizeof(splat_optimizer_desc),
@@ -143,10 +143,9 @@ namespace Splat
             return natives;
         }
 
-        private static splat_optimizer_group[] Groups(IReadOnlyList<OptimizerGroup> groups,
-            Arena arena)
+        private static splat_optimizer_group[] Groups(IReadOnlyList<OptimizerGroup> groups, Arena arena)
         {
-            var natives = new splat_optimizer_group[groups?.Count ?? 0];
+            var natives = new splat_optimizer_group[groups.Count];
             for (int i = 0; i < natives.Length; ++i)
             {
                 OptimizerGroup group = Check.NotNull(groups[i], "Groups[" + i + "]");

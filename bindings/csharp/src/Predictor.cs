@@ -3,6 +3,7 @@ using System.Collections.Generic;
 using System.Globalization;
 using System.Linq;
 using System.Threading;
+using System.Threading.Tasks;
 using Splat.Interop;
 
 namespace Splat
@@ -10,24 +11,24 @@ namespace Splat
     /// <summary>A picture or a map: a file or pixels.</summary>
     public sealed class PictureSource
     {
-        private readonly string path;
-        private readonly Image image;
+        private readonly string? path;
+        private readonly Image? image;
 
-        private PictureSource(string path, Image image)
+        private PictureSource(string? path, Image? image)
         {
             this.path = path;
             this.image = image;
         }
 
         /// <summary>A PNG, JPEG or WebP file.</summary>
-        public static implicit operator PictureSource(string path) =>
+        public static implicit operator PictureSource?(string? path) =>
             path == null ? null : new PictureSource(path, null);
 
         /// <summary>Pixels, reduced to 8 bits.</summary>
-        public static implicit operator PictureSource(Image image) =>
+        public static implicit operator PictureSource?(Image? image) =>
             image == null ? null : new PictureSource(null, image);
 
-        internal static unsafe splat_picture_source ToNative(PictureSource source, Arena arena)
+        internal static unsafe splat_picture_source ToNative(PictureSource? source, Arena arena)
         {
             var native = new splat_picture_source();
             if (source == null) return native;
@@ -37,20 +38,20 @@ namespace Splat
         }
 
         /// <summary>The path, or size and type of the pixels.</summary>
-        public override string ToString() => path ?? image.ToString();
+        public override string ToString() => path ?? "" + image;
     }
 
     /// <summary>One view of an object. Image takes a path or an Image.</summary>
     public sealed class Picture
     {
         /// <summary>The picture.</summary>
-        public PictureSource Image { get; set; }
+        public PictureSource? Image { get; set; }
         /// <summary>Object mask; null: found by alpha or by the colour of the border.</summary>
-        public PictureSource Mask { get; set; }
+        public PictureSource? Mask { get; set; }
         /// <summary>Where the network takes it; larger is nearer.</summary>
-        public PictureSource Depth { get; set; }
+        public PictureSource? Depth { get; set; }
         /// <summary>Where the network takes it; (normal + 1) / 2.</summary>
-        public PictureSource Normal { get; set; }
+        public PictureSource? Normal { get; set; }
         /// <summary>PictureFlags.Whole: use the largest centred square.</summary>
         public PictureFlags Flags { get; set; }
         /// <summary>The object's longer side, as a part of the square's; 0: 0.65.</summary>
@@ -60,7 +61,7 @@ namespace Splat
         /// <summary>Along the camera's axis, where the network takes it.</summary>
         public double OriginDistance { get; set; }
         /// <summary>16 numbers, row-major; null: none.</summary>
-        public IReadOnlyList<double> WorldToCamera { get; set; }
+        public IReadOnlyList<double>? WorldToCamera { get; set; }
         /// <summary>A custom embedding, or null.</summary>
         public ReadOnlyMemory<float> Embedding { get; set; }
         /// <summary>[token_dim,tokens] where the network takes them, or null.</summary>
@@ -83,7 +84,7 @@ namespace Splat
                 tokens = (float*)arena.Pin(Tokens),
                 token_count = (ulong)Tokens.Length,
             };
-            double[] pose = WorldToCamera?.ToArray();
+            double[]? pose = WorldToCamera?.ToArray();
             if (pose != null) Check.Numbers<double>(pose, 16, nameof(WorldToCamera));
             for (int i = 0; pose != null && i < 16; ++i) native.world_to_camera[i] = pose[i];
             return native;
@@ -124,15 +125,15 @@ namespace Splat
     public sealed class PredictorOptions
     {
         /// <summary>A file of weights.</summary>
-        public string WeightsPath { get; set; }
+        public string? WeightsPath { get; set; }
         /// <summary>Used instead of reading the file.</summary>
-        public Weights Weights { get; set; }
+        public Weights? Weights { get; set; }
         /// <summary>JSON or YAML; null: the file beside the weights.</summary>
-        public string Config { get; set; }
+        public string? Config { get; set; }
         /// <summary>A file of low-rank adapters, which are folded in.</summary>
-        public string AdaptersPath { get; set; }
+        public string? AdaptersPath { get; set; }
         /// <summary>Low-rank adapters in memory, in place of the file.</summary>
-        public Weights Adapters { get; set; }
+        public Weights? Adapters { get; set; }
         /// <summary>0: of their metadata, else of the configuration.</summary>
         public double AdaptersAlpha { get; set; }
     }
@@ -148,9 +149,9 @@ namespace Splat
         /// <summary>In the frame of the first picture's camera.</summary>
         public Scene Scene { get; }
         /// <summary>Cameras of the views, relative to the first.</summary>
-        public IReadOnlyList<Camera> Cameras { get; internal set; }
+        public IReadOnlyList<Camera> Cameras { get; internal set; } = Array.Empty<Camera>();
         /// <summary>How the object was found in each picture; empty for objects of data sets.</summary>
-        public IReadOnlyList<PictureInfo> Pictures { get; internal set; }
+        public IReadOnlyList<PictureInfo> Pictures { get; internal set; } = Array.Empty<PictureInfo>();
         /// <summary>Gaussians of the scene.</summary>
         public long Gaussians { get; internal set; }
         /// <summary>Gaussians left out because numbers of theirs are not finite.</summary>
@@ -162,7 +163,7 @@ namespace Splat
         /// <summary>Milliseconds to run the network and read its Gaussians.</summary>
         public double NetworkMs { get; internal set; }
         /// <summary>The same as JSON.</summary>
-        public string ReportJson { get; internal set; }
+        public string ReportJson { get; internal set; } = "";
 
         /// <summary>Dispose the scene.</summary>
         public void Dispose() => Scene.Dispose();
@@ -179,7 +180,7 @@ namespace Splat
         private readonly SafeDeviceHandle device;
 
         /// <summary>Create a predictor; null: the built-in weights.</summary>
-        public Predictor(Device device, PredictorOptions options = null)
+        public Predictor(Device device, PredictorOptions? options = null)
             : base(Create(device, options ?? new PredictorOptions()))
         {
             this.device = device.Handle;
@@ -193,7 +194,9 @@ namespace Splat
                 var desc = new splat_predictor_desc
                 {
                     struct_size = (uint)sizeof(splat_predictor_desc),
-                    weights_path = arena.Optional(options.WeightsPath, nameof(options.WeightsPath)),
+                    weights_path = arena.Optional(options.Weights == null ? Weights.Beside(options.WeightsPath)
+                                                                          : options.WeightsPath,
+                                                  nameof(options.WeightsPath)),
                     weights = arena.Hold(options.Weights),
                     config = arena.Optional(options.Config, nameof(options.Config)),
                     adapters_path = arena.Optional(options.AdaptersPath, nameof(options.AdaptersPath)),
@@ -205,6 +208,10 @@ namespace Splat
                 return new SafePredictorHandle(handle, true);
             }
         }
+
+        /// <summary>Create a predictor on another thread.</summary>
+        public static Task<Predictor> OpenAsync(Device device, PredictorOptions? options = null) =>
+            Task.Run(() => new Predictor(device, options));
 
         internal SafeDeviceHandle Device => device;
 
@@ -273,6 +280,20 @@ namespace Splat
                                                           (uint)numbers.Length, scene, facts));
             }
         }
+
+        /// <summary>Predict on another thread. The pictures must stay as they are until the task ends.</summary>
+        public Task<Prediction> PredictAsync(Picture picture, CancellationToken token = default(CancellationToken)) =>
+            Task.Run(() => Predict(picture, token), token);
+
+        /// <summary>The same from as many pictures as the network has views.</summary>
+        public Task<Prediction> PredictAsync(IReadOnlyList<Picture> pictures,
+                                             CancellationToken token = default(CancellationToken)) =>
+            Task.Run(() => Predict(pictures, token), token);
+
+        /// <summary>The same of an object of a data set.</summary>
+        public Task<Prediction> PredictAsync(Dataset dataset, int objectIndex, IReadOnlyList<int> views,
+                                             CancellationToken token = default(CancellationToken)) =>
+            Task.Run(() => Predict(dataset, objectIndex, views, token), token);
 
         private delegate ResultCode PredictCall(IntPtr* scene, splat_prediction* facts);
 

@@ -1,4 +1,5 @@
 using System;
+using System.Threading.Tasks;
 using Splat.Interop;
 
 namespace Splat
@@ -14,7 +15,7 @@ namespace Splat
         /// <param name="truth">of one channel</param>
         /// <param name="mask">pixels above 0.5 count; null: those with a truth above 0</param>
         /// <param name="flags">AsPublished: every pixel counts</param>
-        public static DepthScores CompareDepth(Image prediction, Image truth, Image mask = null,
+        public static DepthScores CompareDepth(Image prediction, Image truth, Image? mask = null,
                                                DepthFlags flags = DepthFlags.None)
         {
             using (var arena = new Arena())
@@ -34,7 +35,7 @@ namespace Splat
         /// <param name="truth">of three channels</param>
         /// <param name="mask">pixels above 0.5 count; null: those with a true normal</param>
         /// <param name="flags">Vectors: numbers are x, y, z, not (n + 1) / 2</param>
-        public static NormalScores CompareNormals(Image prediction, Image truth, Image mask = null,
+        public static NormalScores CompareNormals(Image prediction, Image truth, Image? mask = null,
                                                   NormalFlags flags = NormalFlags.None)
         {
             using (var arena = new Arena())
@@ -178,11 +179,11 @@ namespace Splat
     public sealed class PriorMaps
     {
         /// <summary>1 channel; larger is nearer.</summary>
-        public Image Depth { get; set; }
+        public Image? Depth { get; set; }
         /// <summary>3 channels.</summary>
-        public Image Normal { get; set; }
+        public Image? Normal { get; set; }
         /// <summary>1 channel; 1 (U8: 255) on the object.</summary>
-        public Image Mask { get; set; }
+        public Image? Mask { get; set; }
     }
 
     /// <summary>A network that makes depth, normals and masks of pictures: an ONNX file that ONNX Runtime
@@ -195,13 +196,13 @@ namespace Splat
         /// <param name="runtime">library of ONNX Runtime; null: where libsplat looks for it</param>
         /// <param name="threads">of one run; 0: one per core</param>
         /// <param name="flags">whether float maps have the model's own numbers</param>
-        public PriorModel(string preset, string model = null, string runtime = null, int threads = 0,
+        public PriorModel(string preset, string? model = null, string? runtime = null, int threads = 0,
                           PriorModelFlags flags = PriorModelFlags.None)
             : base(Create(preset, model, runtime, threads, flags))
         {
         }
 
-        private static SafePriorModelHandle Create(string preset, string model, string runtime,
+        private static SafePriorModelHandle Create(string preset, string? model, string? runtime,
             int threads, PriorModelFlags flags)
         {
             using (var arena = new Arena())
@@ -222,7 +223,7 @@ namespace Splat
         }
 
         /// <summary>JSON of a preset, and where its model is had; null: an array of all names.</summary>
-        public static string Preset(string name = null)
+        public static string Preset(string? name = null)
         {
             using (var arena = new Arena())
             {
@@ -250,6 +251,9 @@ namespace Splat
         }
 
         internal override string About => Info.Preset;
+
+        /// <summary>Fill maps of a picture on another thread; it and they must stay until the task ends.</summary>
+        public Task RunAsync(Image picture, PriorMaps maps) => Task.Run(() => Run(picture, maps));
 
         /// <summary>Fill maps of a picture.</summary>
         public void Run(Image picture, PriorMaps maps)

@@ -39,7 +39,7 @@ namespace Splat
         /// <summary>An output of pixels; default: RGB.</summary>
         public Output Output { get; set; } = Output.Rgb;
         /// <summary>RGB; null: black.</summary>
-        public float[] Background { get; set; }
+        public float[]? Background { get; set; }
         /// <summary>Default: that of the original 3DGS.</summary>
         public Convention Convention { get; set; }
         /// <summary>Opacity compensates for the dilation.</summary>
@@ -81,29 +81,29 @@ namespace Splat
     public sealed class Gaussians
     {
         /// <summary>[n,3] scene units.</summary>
-        public Tensor Means { get; set; }
+        public Tensor? Means { get; set; }
         /// <summary>[n,3] standard deviations, scene units.</summary>
-        public Tensor Scales { get; set; }
+        public Tensor? Scales { get; set; }
         /// <summary>[n,4] w, x, y, z.</summary>
-        public Tensor Rotations { get; set; }
+        public Tensor? Rotations { get; set; }
         /// <summary>[n] 0 to 1.</summary>
-        public Tensor Opacities { get; set; }
+        public Tensor? Opacities { get; set; }
         /// <summary>[n,(degree+1)^2,3]; null with direct colours.</summary>
-        public Tensor Sh { get; set; }
+        public Tensor? Sh { get; set; }
         /// <summary>[n,3] direct colours, else null.</summary>
-        public Tensor Colors { get; set; }
+        public Tensor? Colors { get; set; }
         /// <summary>
         /// [v,ceil(H/16),ceil(W/16)] tiles of the call's views; null: all. Pixels of a tile with 0 are
         /// the background with alpha 0, and pass no gradient.
         /// </summary>
-        public byte[] ActiveTiles { get; set; }
+        public byte[]? ActiveTiles { get; set; }
         /// <summary>
         /// [v,2] the first Gaussian that each view of the call sees, and how many; null: all. Each range costs what
         /// a call for it would, with the same bits.
         /// </summary>
-        public uint[] ViewRanges { get; set; }
+        public uint[]? ViewRanges { get; set; }
         /// <summary>Drawn instead of tensors, which are null then; else null.</summary>
-        public Scene Scene { get; set; }
+        public Scene? Scene { get; set; }
     }
 
     /// <summary>
@@ -114,33 +114,33 @@ namespace Splat
         /// <summary>Add to the tensors instead of overwriting them.</summary>
         public GradientFlags Flags { get; set; }
         /// <summary>In: of the loss with respect to Output.Rgb, [V,H,W,3]; null: zeros.</summary>
-        public Tensor Rgb { get; set; }
+        public Tensor? Rgb { get; set; }
         /// <summary>In: [V,H,W].</summary>
-        public Tensor Alpha { get; set; }
+        public Tensor? Alpha { get; set; }
         /// <summary>In: [V,H,W].</summary>
-        public Tensor Depth { get; set; }
+        public Tensor? Depth { get; set; }
         /// <summary>Out: [N,3]; null: not computed, so all that follow.</summary>
-        public Tensor Means { get; set; }
+        public Tensor? Means { get; set; }
         /// <summary>Out: [N,3].</summary>
-        public Tensor Scales { get; set; }
+        public Tensor? Scales { get; set; }
         /// <summary>Out: [N,4].</summary>
-        public Tensor Rotations { get; set; }
+        public Tensor? Rotations { get; set; }
         /// <summary>Out: [N].</summary>
-        public Tensor Opacities { get; set; }
+        public Tensor? Opacities { get; set; }
         /// <summary>Out: [N,(degree+1)^2,3].</summary>
-        public Tensor Sh { get; set; }
+        public Tensor? Sh { get; set; }
         /// <summary>Out: [N,3].</summary>
-        public Tensor Colors { get; set; }
+        public Tensor? Colors { get; set; }
         /// <summary>Out: [V,N,2] per pixel.</summary>
-        public Tensor Means2d { get; set; }
+        public Tensor? Means2d { get; set; }
         /// <summary>Out: [V,N,2] sums over the pixels of absolute values.</summary>
-        public Tensor Means2dAbs { get; set; }
+        public Tensor? Means2dAbs { get; set; }
         /// <summary>Out: [V,3,4] rows of the rotation and the translation.</summary>
-        public Tensor WorldToCamera { get; set; }
+        public Tensor? WorldToCamera { get; set; }
         /// <summary>Out: [V,4] fx, fy, cx, cy.</summary>
-        public Tensor Intrinsics { get; set; }
+        public Tensor? Intrinsics { get; set; }
         /// <summary>Out: [N,2] sum of its weights, number of pixels, over all views.</summary>
-        public Tensor Contributions { get; set; }
+        public Tensor? Contributions { get; set; }
     }
 
     /// <summary>The memory of one more forward call, with what its backward call needs.</summary>
@@ -204,8 +204,8 @@ namespace Splat
         /// <param name="background">3 numbers; null: black</param>
         /// <param name="state">null: the rasterizer's own</param>
         /// <param name="token">cancels all calls of the device while this one runs</param>
-        public void Forward(Scene scene, IReadOnlyList<Camera> cameras, float[] background = null,
-                            RasterizerState state = null,
+        public void Forward(Scene scene, IReadOnlyList<Camera> cameras, float[]? background = null,
+                            RasterizerState? state = null,
                             CancellationToken token = default(CancellationToken))
         {
             Check.NotNull(scene, nameof(scene));
@@ -219,7 +219,7 @@ namespace Splat
 
         /// <summary>Draw Gaussians that are tensors; see the other overload.</summary>
         public void Forward(Gaussians gaussians, IReadOnlyList<Camera> cameras,
-                            float[] background = null, RasterizerState state = null,
+                            float[]? background = null, RasterizerState? state = null,
                             CancellationToken token = default(CancellationToken))
         {
             Check.NotNull(gaussians, nameof(gaussians));
@@ -248,14 +248,14 @@ namespace Splat
             }
         }
 
-        private static splat_camera[] Prepare(IReadOnlyList<Camera> cameras, float[] background)
+        private static splat_camera[] Prepare(IReadOnlyList<Camera> cameras, float[]? background)
         {
             if (background != null) Check.Numbers<float>(background, 3, nameof(background));
             return Camera.ToNative(Check.NotNull(cameras, nameof(cameras)));
         }
 
         /// <summary>An output of the last forward call in a new array; shapes: see Output.</summary>
-        public float[] Read(Output output, RasterizerState state = null)
+        public float[] Read(Output output, RasterizerState? state = null)
         {
             RasterizerInfo info = GetInfo(state);
             long pixels = (long)info.Views * height * width;
@@ -266,7 +266,7 @@ namespace Splat
         }
 
         /// <summary>Copy an output of the last forward call into memory of the caller.</summary>
-        public void Read(Output output, Span<float> values, RasterizerState state = null)
+        public void Read(Output output, Span<float> values, RasterizerState? state = null)
         {
             fixed (float* to = &MemoryMarshal.GetReference(values))
             {
@@ -293,7 +293,7 @@ namespace Splat
         }
 
         /// <summary>Copy an output of the last forward call to a tensor of its shape.</summary>
-        public void CopyTo(Output output, Tensor tensor, RasterizerState state = null)
+        public void CopyTo(Output output, Tensor tensor, RasterizerState? state = null)
         {
             Check.NotNull(tensor, nameof(tensor));
             Check.Ok(Native.splat_rasterizer_output(Handle, Of(state), output, tensor.Handle));
@@ -304,7 +304,7 @@ namespace Splat
         /// others have 1, normals 3.
         /// </summary>
         public Image ReadImage(int view = 0, int channels = 4, Pixel type = Pixel.U8,
-                               Output output = Output.Rgb, RasterizerState state = null)
+                               Output output = Output.Rgb, RasterizerState? state = null)
         {
             var image = new Image(width, height, channels, type);
             ReadImages(view, new[] { image }, output, state);
@@ -313,7 +313,7 @@ namespace Splat
 
         /// <summary>Fill pictures of the caller with views, from number `first` on.</summary>
         public void ReadImages(int first, IReadOnlyList<Image> images, Output output = Output.Rgb,
-                               RasterizerState state = null)
+                               RasterizerState? state = null)
         {
             using (var arena = new Arena())
             {
@@ -325,7 +325,7 @@ namespace Splat
         }
 
         /// <summary>Compute gradients at the inputs of the state's last forward call.</summary>
-        public void Backward(RasterGradients gradients, RasterizerState state = null,
+        public void Backward(RasterGradients gradients, RasterizerState? state = null,
                              CancellationToken token = default(CancellationToken))
         {
             Check.NotNull(gradients, nameof(gradients));
@@ -361,14 +361,14 @@ namespace Splat
         public RasterizerInfo Info => GetInfo(null);
 
         /// <summary>Facts of the last forward call of a state; zeros before the first.</summary>
-        public RasterizerInfo GetInfo(RasterizerState state)
+        public RasterizerInfo GetInfo(RasterizerState? state)
         {
             var info = new splat_rasterizer_info { struct_size = (uint)sizeof(splat_rasterizer_info) };
             Check.Ok(Native.splat_rasterizer_get_info(Handle, Of(state), &info));
             return new RasterizerInfo(&info);
         }
 
-        private static SafeRasterStateHandle Of(RasterizerState state) =>
+        private static SafeRasterStateHandle Of(RasterizerState? state) =>
             state == null ? SafeRasterStateHandle.Null : state.Handle;
     }
 }

@@ -2,6 +2,7 @@ using System;
 using System.Collections;
 using System.Collections.Generic;
 using System.Threading;
+using System.Threading.Tasks;
 using Splat.Interop;
 
 namespace Splat
@@ -23,7 +24,7 @@ namespace Splat
             truths = from->truths;
             count = checked((int)from->image_count);
             Kind = from->kind;
-            Message = Text.Read(from->text, -1);
+            Message = Text.Optional(from->text);
             IsWarning = from->warning != 0;
             IsUpdate = from->updated != 0;
             IsLogged = from->logged != 0;
@@ -38,7 +39,7 @@ namespace Splat
             for (ulong i = 0; i < from->number_count; ++i)
                 numbers[Text.Read(from->numbers[i].name, -1)] = from->numbers[i].value;
             Numbers = numbers;
-            Name = Text.Read(from->name, -1);
+            Name = Text.Optional(from->name);
             Piece = checked((int)from->piece);
             Pieces = checked((int)from->pieces);
             Views = checked((int)from->views);
@@ -50,7 +51,7 @@ namespace Splat
         /// <summary>Step, validation, checkpoint, or what ended the run.</summary>
         public RunEventKind Kind { get; }
         /// <summary>The line of log.txt; null: none.</summary>
-        public string Message { get; }
+        public string? Message { get; }
         /// <summary>The message warns.</summary>
         public bool IsWarning { get; }
         /// <summary>A step updated what is learned.</summary>
@@ -74,7 +75,7 @@ namespace Splat
         /// <summary>By their names in metrics.jsonl, such as "loss", "psnr" and "val_psnr".</summary>
         public IReadOnlyDictionary<string, double> Numbers { get; }
         /// <summary>Name of the validated piece, else null.</summary>
-        public string Name { get; }
+        public string? Name { get; }
         /// <summary>Number of the validated piece.</summary>
         public int Piece { get; }
         /// <summary>Pieces of the validation.</summary>
@@ -148,6 +149,26 @@ namespace Splat
             }
         }
 
+        /// <summary>
+        /// Run to the end on another thread and give the last event. A token that is cancelled interrupts the run, as
+        /// that of Run does: the task ends well, with RunEventKind.Interrupted. ReadImages of an event works where
+        /// `progress` is called at once, and not in a Progress, which calls later.
+        /// </summary>
+        public Task<RunEvent> RunAsync(IProgress<RunEvent>? progress = null,
+                                       CancellationToken token = default(CancellationToken)) =>
+            Task.Run(() =>
+            {
+                using (token.Register(InterruptQuietly))
+                {
+                    while (true)
+                    {
+                        RunEvent next = Next();
+                        progress?.Report(next);
+                        if (next.IsEnd) return next;
+                    }
+                }
+            });
+
         /// <summary>Run to the end, one event after the other.</summary>
         public IEnumerator<RunEvent> GetEnumerator() => Run(CancellationToken.None).GetEnumerator();
 
@@ -194,15 +215,15 @@ namespace Splat
     public sealed class TrainingOptions
     {
         /// <summary>YAML or JSON; null: the defaults, or that of the run that is resumed.</summary>
-        public string Config { get; set; }
+        public string? Config { get; set; }
         /// <summary>Changes to it, "key=value".</summary>
-        public IReadOnlyList<string> Values { get; set; }
+        public IReadOnlyList<string>? Values { get; set; }
         /// <summary>Null: the split train of data.root.</summary>
-        public Dataset Dataset { get; set; }
+        public Dataset? Dataset { get; set; }
         /// <summary>Null: none, or without Dataset the split val where there is one.</summary>
-        public Dataset Validation { get; set; }
+        public Dataset? Validation { get; set; }
         /// <summary>File of weights to start from; null: by the configuration.</summary>
-        public string Init { get; set; }
+        public string? Init { get; set; }
         /// <summary>How to load them.</summary>
         public LoadFlags InitFlags { get; set; }
         /// <summary>Resume, overwrite.</summary>
@@ -216,7 +237,7 @@ namespace Splat
         private readonly string folder;
 
         /// <summary>Open a run in a folder, which it makes or locks.</summary>
-        public Training(Device device, string folder, TrainingOptions options = null)
+        public Training(Device device, string folder, TrainingOptions? options = null)
             : base(Create(device, folder, options ?? new TrainingOptions()))
         {
             this.device = device.Handle;
@@ -289,17 +310,17 @@ namespace Splat
         /// <summary>Which file of cameras to read.</summary>
         public FitCameras Cameras { get; set; }
         /// <summary>Folder of masks, named like the photographs, 0 leaves out; null: none.</summary>
-        public string Masks { get; set; }
+        public string? Masks { get; set; }
         /// <summary>Folder of depth maps, named like the photographs; null: none.</summary>
-        public string Depth { get; set; }
+        public string? Depth { get; set; }
         /// <summary>Folder of maps of normals, named like the photographs; null: none.</summary>
-        public string Normals { get; set; }
+        public string? Normals { get; set; }
         /// <summary>"points" of the data, "depth", "random", or a file of a scene; null: "points".</summary>
-        public string Init { get; set; }
+        public string? Init { get; set; }
         /// <summary>Most bytes on the device; 0: what it has.</summary>
         public long MemoryBytes { get; set; }
         /// <summary>More options, "NAME=VALUE", by the names of a run's config.json.</summary>
-        public IReadOnlyList<string> Values { get; set; }
+        public IReadOnlyList<string>? Values { get; set; }
         /// <summary>Resume, overwrite, white background, refinements.</summary>
         public FitFlags Flags { get; set; }
     }
@@ -318,13 +339,13 @@ namespace Splat
         /// Open a run in a folder, which it makes or locks. `data` is the folder of photographs and cameras, a
         /// COLMAP project, or transforms.json and images; null with FitFlags.Resume: the run's.
         /// </summary>
-        public Fit(Device device, string folder, string data, FitOptions options = null)
+        public Fit(Device device, string folder, string? data, FitOptions? options = null)
             : base(Create(device, folder, data, options ?? new FitOptions()))
         {
             this.folder = folder;
         }
 
-        private static SafeRunHandle Create(Device device, string folder, string data, FitOptions options)
+        private static SafeRunHandle Create(Device device, string folder, string? data, FitOptions options)
         {
             Check.NotNull(device, nameof(device));
             Check.NotNull(folder, nameof(folder));
@@ -382,7 +403,7 @@ namespace Splat
         /// the background are read. With a border above 0 there are also "inner_psnr" and "inner_ssim", without this
         /// share of width and height on each side.
         /// </summary>
-        public Scoring(Device device, Scene scene, string data, FitOptions options = null, double border = 0)
+        public Scoring(Device device, Scene scene, string data, FitOptions? options = null, double border = 0)
             : base(Create(device, scene, data, options ?? new FitOptions(), border))
         {
             this.data = data;

@@ -3,6 +3,7 @@ using System.Collections.Generic;
 using System.IO;
 using System.Runtime.InteropServices;
 using System.Threading;
+using System.Threading.Tasks;
 using Splat.Interop;
 
 namespace Splat
@@ -77,7 +78,7 @@ namespace Splat
     public sealed unsafe class Scene : NativeObject<SafeSceneHandle>
     {
         /// <summary>Create a scene of `count` Gaussians; null arrays are zeros.</summary>
-        public Scene(long count, int shDegree = 0, SceneArrays arrays = null)
+        public Scene(long count, int shDegree = 0, SceneArrays? arrays = null)
             : base(Create(count, shDegree, arrays ?? new SceneArrays()))
         {
         }
@@ -118,7 +119,7 @@ namespace Splat
         }
 
         /// <summary>Read a file of any format of <c>SceneFormat</c>.</summary>
-        public static Scene Load(string path, SceneFileOptions options = null)
+        public static Scene Load(string path, SceneFileOptions? options = null)
         {
             using (var arena = new Arena())
             {
@@ -131,7 +132,7 @@ namespace Splat
 
         /// <summary>Number of Gaussians of a file and degree of their harmonics, from its head, to
         /// decide whether to load it.</summary>
-        public static (long Count, int ShDegree) Peek(string path, SceneFileOptions options = null)
+        public static (long Count, int ShDegree) Peek(string path, SceneFileOptions? options = null)
         {
             using (var arena = new Arena())
             {
@@ -144,7 +145,7 @@ namespace Splat
         }
 
         /// <summary>Read the bytes of such a file.</summary>
-        public static Scene FromBytes(ReadOnlySpan<byte> bytes, SceneFileOptions options = null)
+        public static Scene FromBytes(ReadOnlySpan<byte> bytes, SceneFileOptions? options = null)
         {
             Library.Ensure();
             splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
@@ -155,7 +156,7 @@ namespace Splat
         }
 
         /// <summary>Read the rest of a stream of such bytes.</summary>
-        public static Scene FromStream(Stream stream, SceneFileOptions options = null) =>
+        public static Scene FromStream(Stream stream, SceneFileOptions? options = null) =>
             FromBytes(Values.ReadAll(stream, nameof(stream)), options);
 
         /// <summary>Concatenate scenes into a new one, with the highest of their degrees.</summary>
@@ -201,8 +202,15 @@ namespace Splat
         /// <summary>JSON: what was found in the scene's file.</summary>
         public string LoadReportJson() => Text.Get(Handle, Native.splat_scene_load_report);
 
+        /// <summary>Read a file on another thread, see Load.</summary>
+        public static Task<Scene> LoadAsync(string path, SceneFileOptions? options = null) =>
+            Task.Run(() => Load(path, options));
+
+        /// <summary>Write a file on another thread, see Save.</summary>
+        public Task SaveAsync(string path, SceneFileOptions? options = null) => Task.Run(() => Save(path, options));
+
         /// <summary>Write a file, whole or not at all, by the extension of its path.</summary>
-        public void Save(string path, SceneFileOptions options = null)
+        public void Save(string path, SceneFileOptions? options = null)
         {
             using (var arena = new Arena())
             {
@@ -212,7 +220,7 @@ namespace Splat
         }
 
         /// <summary>The bytes of such a file.</summary>
-        public byte[] ToBytes(SceneFormat format, SceneFileOptions options = null)
+        public byte[] ToBytes(SceneFormat format, SceneFileOptions? options = null)
         {
             splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
             desc.format = format;
@@ -302,8 +310,8 @@ namespace Splat
         /// <param name="options">null: RGB of 8 bits over black</param>
         /// <param name="device">null: the best one, opened for the call</param>
         /// <param name="token">cancels all calls of the device, without which there is none</param>
-        public Image[] Render(IReadOnlyList<Camera> cameras, RenderOptions options = null,
-                              Device device = null,
+        public Image[] Render(IReadOnlyList<Camera> cameras, RenderOptions? options = null,
+                              Device? device = null,
                               CancellationToken token = default(CancellationToken))
         {
             splat_camera[] natives = Camera.ToNative(Check.NotNull(cameras, nameof(cameras)));
@@ -325,6 +333,12 @@ namespace Splat
             }
             return images;
         }
+
+        /// <summary>Draw on another thread, see Render.</summary>
+        public Task<Image[]> RenderAsync(IReadOnlyList<Camera> cameras, RenderOptions? options = null,
+                                         Device? device = null,
+                                         CancellationToken token = default(CancellationToken)) =>
+            Task.Run(() => Render(cameras, options, device, token), token);
 
         /// <summary>Move, turn and scale the scene, with its spherical harmonics.</summary>
         public void Transform(Similarity similarity)

@@ -15,13 +15,19 @@ namespace Splat
         public ResultCode Code { get; }
 
         /// <summary>Make an exception of a code, a text and what caused it.</summary>
-        public SplatException(ResultCode code, string message, Exception inner = null)
+        public SplatException(ResultCode code, string message, Exception? inner = null)
             : base(message, inner)
         {
             Code = code;
         }
     }
 
+#if NET8_0_OR_GREATER
+    [System.Diagnostics.CodeAnalysis.UnconditionalSuppressMessage("Trimming", "IL2026", Justification = Library.Whole)]
+    [System.Diagnostics.CodeAnalysis.UnconditionalSuppressMessage("Trimming", "IL2057", Justification = Library.Whole)]
+    [System.Diagnostics.CodeAnalysis.UnconditionalSuppressMessage("Trimming", "IL2070", Justification = Library.Whole)]
+    [System.Diagnostics.CodeAnalysis.UnconditionalSuppressMessage("Trimming", "IL2075", Justification = Library.Whole)]
+#endif
     internal static partial class OwnWords
     {
         private static readonly Regex Name = new Regex(
@@ -37,7 +43,7 @@ namespace Splat
             IEnumerable<ParameterInfo> given = types.SelectMany(t => t.GetMethods().Cast<MethodBase>()
                 .Concat(t.GetConstructors())).SelectMany(m => m.GetParameters());
             return new HashSet<string>(types.SelectMany(t => t.GetProperties()).Select(p => p.Name)
-                .Concat(given.Select(p => p.Name)));
+                .Concat(given.Select(p => p.Name ?? "")));
         });
 
         /// <summary>
@@ -51,7 +57,7 @@ namespace Splat
             {
                 string name = found.Groups[1].Value + found.Groups[3].Value + found.Groups[4].Value;
                 if (found.Groups[2].Value == ".") return "";
-                if (Of.TryGetValue(name, out string word)) return word;
+                if (Of.TryGetValue(name, out string? word)) return word;
                 if (Type.GetType("Splat.Interop." + name) == null) return found.Value;
                 string made = name.Replace("_desc", "");
                 return Of.TryGetValue(made, out word) ? word : Pascal(made.Substring(6));
@@ -110,7 +116,7 @@ namespace Splat
         }
 
         /// <summary>Throw unless `argument` is there.</summary>
-        internal static T NotNull<T>([ValidatedNotNull] T argument, string name) where T : class
+        internal static T NotNull<T>([ValidatedNotNull] T? argument, string name) where T : class
         {
             return argument ?? throw new ArgumentNullException(name);
         }

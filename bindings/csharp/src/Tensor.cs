@@ -50,7 +50,7 @@ namespace Splat
         /// <param name="type">DType.Default is DType.F32</param>
         /// <param name="name">for messages; may be null</param>
         /// <param name="exportable">in an allocation of its own, for Export</param>
-        public Tensor(Device device, long[] dims, DType type = DType.Default, string name = null,
+        public Tensor(Device device, long[] dims, DType type = DType.Default, string? name = null,
                       bool exportable = false)
             : base(Create(device, dims, type, name, null, 0, exportable))
         {
@@ -92,7 +92,7 @@ namespace Splat
         /// others do there must have ended before a call uses the tensor.
         /// </summary>
         public static Tensor Import(Device device, ExternalMemory memory, long[] dims,
-                                    DType type = DType.Default, string name = null)
+                                    DType type = DType.Default, string? name = null)
         {
             Check.NotNull(memory, nameof(memory));
             splat_external_memory raw = memory.Raw;
@@ -113,7 +113,7 @@ namespace Splat
             return new ExternalMemory(raw);
         }
 
-        private static SafeTensorHandle Create(Device device, long[] dims, DType type, string name,
+        private static SafeTensorHandle Create(Device device, long[] dims, DType type, string? name,
                                            void* data, int bytes, bool exportable = false,
                                            splat_external_memory* memory = null)
         {
@@ -169,7 +169,7 @@ namespace Splat
         /// <param name="strides">
         /// elements of `values` between neighbours, one per dimension; 0 repeats; null: row-major
         /// </param>
-        public void Write<T>(ReadOnlySpan<T> values, long[] strides = null) where T : struct
+        public void Write<T>(ReadOnlySpan<T> values, long[]? strides = null) where T : struct
         {
             CheckCall<T>(strides);
             ReadOnlySpan<byte> bytes = MemoryMarshal.AsBytes(values);
@@ -179,13 +179,13 @@ namespace Splat
         }
 
         /// <summary>Write all elements from an array.</summary>
-        public void Write<T>(T[] values, long[] strides = null) where T : struct
+        public void Write<T>(T[] values, long[]? strides = null) where T : struct
         {
             Write(new ReadOnlySpan<T>(Check.NotNull(values, nameof(values))), strides);
         }
 
         /// <summary>Read all elements into memory of the caller; see Write.</summary>
-        public void Read<T>(Span<T> values, long[] strides = null) where T : struct
+        public void Read<T>(Span<T> values, long[]? strides = null) where T : struct
         {
             CheckCall<T>(strides);
             Span<byte> bytes = MemoryMarshal.AsBytes(values);
@@ -195,7 +195,7 @@ namespace Splat
         }
 
         /// <summary>Read all elements into an array.</summary>
-        public void Read<T>(T[] values, long[] strides = null) where T : struct
+        public void Read<T>(T[] values, long[]? strides = null) where T : struct
         {
             Read(new Span<T>(Check.NotNull(values, nameof(values))), strides);
         }
@@ -248,7 +248,7 @@ namespace Splat
             }
         }
 
-        private void CheckCall<T>(long[] strides)
+        private void CheckCall<T>(long[]? strides)
         {
             DType given = TypeOf<T>();
             TensorInfo info = Info;

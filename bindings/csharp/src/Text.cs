@@ -19,10 +19,13 @@ namespace Splat
         /// <summary>A function of the library that writes the bytes of a file.</summary>
         internal delegate ResultCode BytesCall(void* buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>Text up to its NUL and at most `capacity` bytes (-1: no limit); null for NULL.</summary>
+        /// <summary>Text up to its NUL; null for NULL.</summary>
+        internal static string? Optional(byte* text) => text == null ? null : Read(text, -1);
+
+        /// <summary>Text up to its NUL and at most `capacity` bytes (-1: no limit); "" for NULL.</summary>
         internal static string Read(byte* text, int capacity)
         {
-            if (text == null) return null;
+            if (text == null) return "";
             int length = 0;
             while (length != capacity && text[length] != 0) ++length;
             return Lenient.GetString(text, length);

@@ -24,7 +24,7 @@ namespace Splat
         /// <summary>[B*T,3,R,R].</summary>
         public ReadOnlyMemory<float> Targets { get; set; }
         /// <summary>B*T, of R x R pixels.</summary>
-        public IReadOnlyList<Camera> Cameras { get; set; }
+        public IReadOnlyList<Camera>? Cameras { get; set; }
     }
 
     /// <summary>
@@ -37,12 +37,12 @@ namespace Splat
         /// <param name="dataset">may be disposed afterwards</param>
         /// <param name="config">from Config.Merge; null: the defaults</param>
         /// <param name="seed">of the order of objects and the choice of views</param>
-        public Batches(Dataset dataset, string config = null, long seed = 0)
+        public Batches(Dataset dataset, string? config = null, long seed = 0)
             : base(Create(dataset, config, seed))
         {
         }
 
-        private static SafeBatchesHandle Create(Dataset dataset, string config, long seed)
+        private static SafeBatchesHandle Create(Dataset dataset, string? config, long seed)
         {
             Check.NotNull(dataset, nameof(dataset));
             using (var arena = new Arena())
@@ -77,7 +77,7 @@ namespace Splat
             }
         }
 
-        private static float[] Copy(float* from, ulong count) =>
+        private static float[]? Copy(float* from, ulong count) =>
             from == null ? null : Values.Copy(from, checked((int)count));
 
         /// <summary>Pointers to batch `step`, valid until the next call.</summary>
@@ -98,12 +98,12 @@ namespace Splat
         private readonly SafeDeviceHandle device;
 
         /// <summary>Create a trainer; the parameters of its network are zero, see Model.</summary>
-        public Trainer(Device device, string config = null) : base(Create(device, config))
+        public Trainer(Device device, string? config = null) : base(Create(device, config))
         {
             this.device = device.Handle;
         }
 
-        private static SafeTrainerHandle Create(Device device, string config)
+        private static SafeTrainerHandle Create(Device device, string? config)
         {
             Check.NotNull(device, nameof(device));
             using (var arena = new Arena())
@@ -129,7 +129,7 @@ namespace Splat
             Check.NotNull(batch, nameof(batch));
             using (var arena = new Arena())
             {
-                splat_camera[] cameras = Camera.ToNative(batch.Cameras);
+                splat_camera[]? cameras = batch.Cameras == null ? null : Camera.ToNative(batch.Cameras);
                 var native = new splat_trainer_batch
                 {
                     struct_size = (uint)sizeof(splat_trainer_batch),

@@ -48,7 +48,8 @@ namespace Splat
             using (var arena = new Arena())
             {
                 IntPtr handle;
-                Check.Ok(Native.splat_weights_load(arena.Text(path, nameof(path)), flags, &handle));
+                byte* file = arena.Text(Beside(Check.NotNull(path, nameof(path))), nameof(path));
+                Check.Ok(Native.splat_weights_load(file, flags, &handle));
                 return new Weights(handle);
             }
         }
@@ -91,9 +92,32 @@ namespace Splat
             }
         }
 
-        /// <summary>Path of weights that come with the library; null: those for cars.</summary>
-        public static string BuiltinPath(string name = null)
+        // Files that the package's targets copy beside the program (package/Libsplat.targets). The library looks near
+        // itself only, and a program of a single file may unpack it somewhere else; the second folder is for that.
+        internal static string? Beside(string? given)
         {
+            string name = given ?? "cars64";
+            bool isPath = name.Length == 0 || name.IndexOfAny(new[] { '/', '\\', ':', '.', '\0' }) >= 0;
+            if (isPath || (given != null && (File.Exists(name) || Directory.Exists(name)))) return given;
+            foreach (string? folder in new[]
+            {
+                AppContext.BaseDirectory,
+#if NET8_0_OR_GREATER
+                Path.GetDirectoryName(Environment.ProcessPath),
+#endif
+            })
+            {
+                string file = Path.Combine(folder ?? "", "libsplat", "weights", name, "weights.safetensors");
+                if (File.Exists(file)) return file;
+            }
+            return given;
+        }
+
+        /// <summary>Path of weights that come with the library; null: those for cars.</summary>
+        public static string BuiltinPath(string? name = null)
+        {
+            string? beside = Beside(name);
+            if (beside != name && beside != null) return beside;
             using (var arena = new Arena())
             {
                 byte* text = arena.Optional(name, nameof(name));
@@ -132,11 +156,15 @@ namespace Splat
 
         /// <summary>The same by the name; throws KeyNotFoundException.</summary>
         public WeightsInfo this[string key] =>
-            TryGetValue(key, out WeightsInfo value) ? value
+            TryGetValue(key, out WeightsInfo? value) ? value
                 : throw new KeyNotFoundException("there is no tensor '" + key + "' among " + Count);
 
         /// <summary>What the tensor of that name is, if it is there.</summary>
-        public bool TryGetValue(string key, out WeightsInfo value)
+        public bool TryGetValue(string key,
+#if NET8_0_OR_GREATER
+            [System.Diagnostics.CodeAnalysis.MaybeNullWhen(false)]
+#endif
+            out WeightsInfo value)
         {
             Check.NotNull(key, nameof(key));
             value = null;
@@ -159,7 +187,7 @@ namespace Splat
         }
 
         /// <summary>Whether there is a tensor of that name.</summary>
-        public bool ContainsKey(string key) => TryGetValue(key, out WeightsInfo _);
+        public bool ContainsKey(string key) => TryGetValue(key, out _);
 
         /// <summary>Names of the tensors.</summary>
         public IEnumerable<string> Keys => Values.Select(info => info.Name);
@@ -229,7 +257,7 @@ namespace Splat
         /// Fold low-rank adapters into new weights; null: those among these weights.
         /// FoldFlags.Out takes folded ones out again.
         /// </summary>
-        public Weights Fold(double alpha, Weights adapters = null, FoldFlags flags = FoldFlags.None)
+        public Weights Fold(double alpha, Weights? adapters = null, FoldFlags flags = FoldFlags.None)
         {
             IntPtr folded;
             Check.Ok(Native.splat_weights_fold(

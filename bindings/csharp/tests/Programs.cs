@@ -12,8 +12,9 @@ namespace Splat.Tests
     {
         internal static bool Has(string name)
         {
-            return name == "fake-library" || name == "load" || name == "lend" || name == "sentences" ||
-                   name == "leave-objects" || name == "leave-computing" || name == "leave-by-exit";
+            return name == "fake-library" || name == "load" || name == "open" || name == "lend" ||
+                   name == "sentences" || name == "leave-objects" || name == "leave-computing" ||
+                   name == "leave-by-exit";
         }
 
         internal static int Run(string name, string[] arguments)
@@ -22,7 +23,8 @@ namespace Splat.Tests
             {
                 case "fake-library": return FakeLibrary(arguments);
                 case "sentences": return Sentences();
-                case "load": return Load();
+                case "load": return First(() => "loaded " + Library.Version);
+                case "open": return First(() => "opened " + new Device().Info.Name);
                 case "lend": return Lend();
                 case "leave-objects": return LeaveObjects();
                 case "leave-computing": return LeaveComputing(false);
@@ -64,11 +66,11 @@ namespace Splat.Tests
         }
 
         /// <summary>Print what the first use of the library throws.</summary>
-        private static int Load()
+        private static int First(Func<string> use)
         {
             try
             {
-                Console.WriteLine("loaded " + Library.Version);
+                Console.WriteLine(use());
                 return 0;
             }
             catch (SplatException error)

@@ -4,9 +4,10 @@
 #   csharp_test.sh build                compile Splat.dll, Tests.exe and Smoke.exe, warnings as errors
 #   csharp_test.sh run <class>          run the tests of <class>Tests
 #   csharp_test.sh load <cc>            libraries that do not fit are refused with both versions
+#   csharp_test.sh bare                 machines without a driver or Vulkan: what to install
 #   csharp_test.sh lend <cc>            what the library lends is copied before its object goes
 #   csharp_test.sh leave                processes end with live objects
-#   csharp_test.sh package <python>     the NuGet package: listing, and its library and weights work
+#   csharp_test.sh package <python> <cc>  the NuGet package: listing, and its libraries and weights work
 #   csharp_test.sh readme               the examples of README.md, in an empty folder
 #
 # SPLAT_BINDINGS_BUILD is the folder for what is compiled, SPLAT_LIB_DIR that of libsplat.so.
@@ -36,8 +37,10 @@ compile() {
 
 build() {
     mkdir -p "$out"
-    compile "$out/Splat.dll" -target:library -doc:"$out/Splat.xml" "$here"/src/*.cs
-    compile "$out/Tests.exe" -r:"$out/Splat.dll" "$here"/tests/*.cs
+    rm -rf "$out/src"
+    sh "$here/for_mcs.sh" "$out/src"
+    compile "$out/Splat.dll" -target:library -r:System.Numerics.dll -doc:"$out/Splat.xml" "$out"/src/*.cs
+    compile "$out/Tests.exe" -r:"$out/Splat.dll" -r:System.Numerics.dll "$here"/tests/*.cs
     compile "$out/Smoke.exe" -r:"$out/Splat.dll" "$here/../smoke/Smoke.cs"
 }
 
@@ -76,6 +79,24 @@ load() {
     else
         grep -q "DllNotFoundException: libsplat.so was not found" "$temp/message" || die "$(cat "$temp/message")"
     fi
+}
+
+# A machine without a driver, and one without Vulkan's loader, are told what to install.
+bare() {
+    temp=$(mktemp -d)
+    trap 'rm -rf "$temp"' EXIT
+    mono "$out/Tests.exe" open
+    if VK_DRIVER_FILES="$temp/none" VK_ICD_FILENAMES="$temp/none" mono "$out/Tests.exe" open >"$temp/message"; then
+        die "a device was opened without a driver"
+    fi
+    cat "$temp/message"
+    grep -q "no usable Vulkan driver; install" "$temp/message" || die "the message does not say what to install"
+    for name in libvulkan.so.1 libvulkan.so; do : >"$temp/$name"; done
+    if LD_LIBRARY_PATH="$temp:$LD_LIBRARY_PATH" mono "$out/Tests.exe" open >"$temp/message"; then
+        die "a device was opened without Vulkan"
+    fi
+    cat "$temp/message"
+    grep -q "install" "$temp/message" || die "the message does not say what to install"
 }
 
 lend() {
@@ -121,19 +142,27 @@ readme() {
     example "$temp" "$out/Splat.dll"
 }
 
+# pack <libsplat.so> <options>...
+pack() {
+    so=$1
+    shift
+    "$python" "$here/package/pack.py" --library "$so" --weights "$weights" "$@"
+}
+
 package() {
     temp=$(mktemp -d)
     trap 'rm -rf "$temp"' EXIT
     unset LD_LIBRARY_PATH
-    pack() {
-        "$python" "$here/package/pack.py" --assembly "$out/Splat.dll" --library "$1" \
-            --weights "$SPLAT_LIB_DIR/../tools/weights" --output "$temp"
-    }
-    python=$1
-    pack "$SPLAT_LIB_DIR/libsplat.so"
+    python=$1 cc=$2
+    set -- --assembly "$out/Splat.dll" --output
+    weights=$SPLAT_LIB_DIR/../tools/weights
+    pack "$SPLAT_LIB_DIR/libsplat.so" "$@" "$temp"
     "$python" "$here/package/check.py" "$temp"/*.nupkg "$temp/content"
     native=$temp/content/runtimes/linux-x64/native
-    refuse_packages
+    if pack "$native/libpng16.so.16" "$@" "$temp" 2>"$temp/message"
+    then die "a library without a RUNPATH was packed"; fi
+    grep -q "RUNPATH none" "$temp/message" || die "$(cat "$temp/message")"
+    small_packages "$@"
 
     # The library by its path, and what it needs beside it.
     mkdir "$temp/app" "$temp/loads"
@@ -145,23 +174,71 @@ package() {
         if ldd "$(command -v mono)" | grep -q "^[[:space:]]*${library##*/} "; then continue; fi
         grep -q "calling init: $library$" "$temp"/loads/* || die "the program did not load $library"
     done
+
+    # Weights beside the program alone, where the package's targets copy them.
+    mv "$temp/content/runtimes/share/libsplat" "$temp/app/"
+    (cd "$temp/app" && rm object.png && mono Program.exe && [ -e object.png ]) || die "no weights beside the program"
+    rm -r "$temp/app/libsplat"
+    if (cd "$temp/app" && mono Program.exe 2>"$temp/message"); then die "weights came from nowhere"; fi
+    grep -q "no built-in weights 'cars64'" "$temp/message" || die "$(cat "$temp/message")"
 }
 
-# Packages that do not work alone.
-refuse_packages() {
-    if pack "$native/libpng16.so.16" 2>"$temp/message"; then die "a library without a RUNPATH was packed"; fi
-    grep -q "RUNPATH none" "$temp/message" || die "$(cat "$temp/message")"
-    for part in libyaml licenses/libyaml; do
+# small_packages <options of pack>...: packages of a library that is small, and of empty weights.
+small_packages() {
+    weights=$temp/weights
+    (cd "$SPLAT_LIB_DIR/../tools/weights" && find -L . -type f) | while read -r file; do
+        mkdir -p "$weights/${file%/*}"
+        : >"$weights/$file"
+    done
+    mkdir "$temp/small" "$temp/again"
+    echo "int splat_version(void) { return 1; }" >"$temp/small.c"
+    # shellcheck disable=SC2016  # $ORIGIN is the loader's
+    "$cc" -shared -fPIC -o "$temp/small/libsplat.so" "$temp/small.c" -Wl,-rpath,'$ORIGIN' -Wl,--no-as-needed \
+        "$(ldd "$SPLAT_LIB_DIR/libsplat.so" | awk '/libyaml/ { print $3 }')"
+    for folder in small again; do pack "$temp/small/libsplat.so" "$@" "$temp/$folder" 2>/dev/null; done
+    cmp "$temp"/small/*.nupkg "$temp"/again/*.nupkg || die "two packages of the same files differ"
+    "$python" "$here/package/check.py" "$temp"/small/*.nupkg "$temp/small/content" >/dev/null
+    for part in libyaml-0 licenses/libyaml; do
         "$python" -c "import sys, zipfile
 with zipfile.ZipFile(sys.argv[1]) as whole, zipfile.ZipFile(sys.argv[2], 'w') as less:
     for name in whole.namelist():
         if sys.argv[3] not in name: less.writestr(name, whole.read(name))" \
-            "$temp"/Splat.*.nupkg "$temp/less.Splat.0.1.0.nupkg" "$part"
-        if "$python" "$here/package/check.py" "$temp/less.Splat.0.1.0.nupkg" "$temp/less" >/dev/null 2>"$temp/message"
+            "$temp"/small/*.nupkg "$temp/less.Libsplat.0.1.0.nupkg" "$part"
+        if "$python" "$here/package/check.py" "$temp"/less.*.nupkg "$temp/less" >/dev/null 2>"$temp/message"
         then die "a package without $part is passed"; fi
         grep -q "libyaml-0.so.2.* is missing" "$temp/message" || die "$(cat "$temp/message")"
     done
-    rm "$temp/less.Splat.0.1.0.nupkg"
+    windows_package "$@"
+}
+
+# windows_package <options of pack>...: a library for Windows is packed with licences, as libsplat.dll.
+windows_package() {
+    if ! command -v x86_64-w64-mingw32-gcc >/dev/null 2>&1; then
+        echo "the part for Windows is left out: there is no x86_64-w64-mingw32-gcc"
+        return
+    fi
+    mkdir "$temp/windows"
+    echo "int other(void) { return 1; }" >"$temp/other.c"
+    echo "int other(void); int splat_version(void) { return other(); }" >"$temp/splat.c"
+    x86_64-w64-mingw32-gcc -shared -o "$temp/other.dll" "$temp/other.c"
+    x86_64-w64-mingw32-gcc -shared -o "$temp/splat.dll" "$temp/splat.c" "$temp/other.c"
+    if pack "$temp/small/libsplat.so" --windows "$temp/splat.dll" --windows-sources "$temp" "$@" "$temp/windows" \
+        2>"$temp/message"
+    then die "a splat.dll without licences was packed"; fi
+    grep -q "name the folder of tools/windows/libraries" "$temp/message" || die "$(cat "$temp/message")"
+    for name in $(sed -n 's/^unpack //p' "$here/../../tools/windows/libraries"); do
+        mkdir -p "$temp/sources/source/$name/debian"
+        echo "licence of $name" >"$temp/sources/source/$name/debian/copyright"
+    done
+    set -- --windows-sources "$temp/sources" "$@" "$temp/windows"
+    pack "$temp/small/libsplat.so" --windows "$temp/splat.dll" "$@" 2>/dev/null
+    "$python" "$here/package/check.py" "$temp"/windows/*.nupkg "$temp/windows/content" >"$temp/message"
+    grep -q "^runtimes/win-x64/native/libsplat.dll$" "$temp/message" || die "$(cat "$temp/message")"
+    x86_64-w64-mingw32-gcc -shared -o "$temp/splat.dll" "$temp/splat.c" "$temp/other.dll"
+    pack "$temp/small/libsplat.so" --windows "$temp/splat.dll" "$@" 2>/dev/null
+    if "$python" "$here/package/check.py" "$temp"/windows/*.nupkg "$temp/windows/content" >/dev/null 2>"$temp/message"
+    then die "a splat.dll that needs another library is passed"; fi
+    grep -q "libsplat.dll needs other.dll" "$temp/message" || die "$(cat "$temp/message")"
 }
 
 command=$1
@@ -170,9 +247,10 @@ case "$command" in
 build) build ;;
 run) mono "$out/Tests.exe" "$1" ;;
 load) load "$1" ;;
+bare) bare ;;
 lend) lend "$1" ;;
 leave) leave ;;
-package) package "$1" ;;
+package) package "$1" "$2" ;;
 readme) readme ;;
 *) die "unknown command $command" ;;
 esac

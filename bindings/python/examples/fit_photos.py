@@ -5,7 +5,7 @@ Arguments: the folder of photographs, a new folder for the run and its scene.ply
 import sys
 from pathlib import Path
 
-import splat
+import libsplat as splat
 
 photos, run = sys.argv[1:3]
 seconds = float(sys.argv[3]) if len(sys.argv) > 3 else 60

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-import splat
-import splat.torch
-from splat.torch import torch
+import libsplat as splat
+from libsplat.torch import rasterize, torch
 
 COUNT, DEGREE = 2000, 1
 folder, scene_file = Path(sys.argv[1]), sys.argv[2]
@@ -49,8 +48,8 @@ def similarity(a: Any, b: Any) -> Any:
 
 
 def draw(view: int) -> Any:
-    return splat.torch.rasterize(means, log_scales.exp(), rotations, logits.sigmoid(), sh, cameras[view],
-                                 convention="gsplat").images[0]
+    return rasterize(means, log_scales.exp(), rotations, logits.sigmoid(), sh, cameras[view],
+                     convention="gsplat").images[0]
 
 
 fitted = [view for view in range(len(photos)) if view % 8 != 0]

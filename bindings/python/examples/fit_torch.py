@@ -2,9 +2,8 @@
 import time
 from typing import Any
 
-import splat
-import splat.torch
-from splat.torch import torch
+import libsplat as splat
+from libsplat.torch import rasterize, torch
 
 W, H, COLUMNS, ROWS, STEPS = 128, 96, 20, 10, 300
 row, column, channel = torch.arange(H)[:, None, None], torch.arange(W)[:, None], torch.arange(3)
@@ -23,7 +22,7 @@ camera = splat.Camera(W, H, W)
 start = time.perf_counter()
 for _ in range(STEPS):
     adam.zero_grad()
-    drawn = splat.torch.rasterize(means, scales, rotations, opacities, colors, camera)
+    drawn = rasterize(means, scales, rotations, opacities, colors, camera)
     loss = (drawn.images[0] - photo).square().mean()
     loss.backward()
     adam.step()

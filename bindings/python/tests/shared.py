@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Dict, List, Tuple, Type
 
 import numpy as np
 
-import splat
+import libsplat as splat
 
 HERE = Path(__file__).resolve().parent
 PYTHON = HERE.parent

@@ -11,10 +11,10 @@ from typing import Any, Tuple
 
 import numpy as np
 
-import splat
-from splat import _native
-from splat._text import checked
-from splat._errors import in_python
+import libsplat as splat
+from libsplat import _native
+from libsplat._text import checked
+from libsplat._errors import in_python
 from shared import Case, cameras, picture, scene, values
 
 SOURCES = Path(__file__).resolve().parents[3] / "src"
@@ -142,8 +142,9 @@ class Cameras(Case):
         other = camera.__replace__(fy=70, name="b")
         self.assertEqual((other.intrinsics, other.name), ((60, 70, 20, 14.5), "b"))
         self.assertEqual(camera.__replace__(), camera)
-        if hasattr(copy, "replace"):
-            self.assertEqual(copy.replace(camera, width=41).width, 41)
+        replace = getattr(copy, "replace", None)  # Python has it since 3.13
+        if replace is not None:
+            self.assertEqual(replace(camera, width=41).width, 41)
 
     def test_what_render_would_refuse(self) -> None:
         make, camera = splat.Camera, splat.Camera(4, 4, 5)

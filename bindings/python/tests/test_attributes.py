@@ -9,15 +9,15 @@ from typing import Any, List
 
 import numpy as np
 
-import splat
-from splat import _records
+import libsplat as splat
+from libsplat import _records
 from shared import Case, picture, scene
 
 
 def classes() -> List[Any]:
     """All public classes whose instances hold something: not errors, not enumerations."""
     found = [getattr(splat, name) for name in splat.__all__] + list(vars(_records).values())
-    return [each for each in found if isinstance(each, type) and each.__module__.startswith("splat")
+    return [each for each in found if isinstance(each, type) and each.__module__.startswith("libsplat")
             and not issubclass(each, (BaseException, enum.Enum))]
 
 

@@ -12,18 +12,18 @@ from unittest import SkipTest, mock
 
 import numpy as np
 
-import splat
-from splat import _dlpack, _native
+import libsplat as splat
+from libsplat import _dlpack, _native
 from shared import HERE, PYTHON, Case, values
 
 CHILD = """
-import sys, splat
+import sys, libsplat as splat
 memory = splat.ExternalMemory(int(sys.argv[1]), int(sys.argv[2]), memory_type=int(sys.argv[3]))
 tensor = splat.Tensor.from_memory(splat.default_device(), memory, (10, 100))
 tensor.write(tensor.numpy() * 2)
 """
 OWNER = """
-import array, socket, sys, splat
+import array, socket, sys, libsplat as splat
 tensor = splat.Tensor.zeros(splat.default_device(), (10, 100), exportable=True)
 tensor.write(tensor.numpy() + 3)
 memory = tensor.export()

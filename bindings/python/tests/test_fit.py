@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Dict, List, Tuple, Type
 
 import numpy as np
 
-import splat
+import libsplat as splat
 from shared import PYTHON, Case, cameras, run_program, scene
 
 Kind = splat.RunEventKind

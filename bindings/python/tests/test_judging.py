@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 
-import splat
+import libsplat as splat
 from shared import Case, values
 
 

@@ -10,8 +10,8 @@ import unittest
 from pathlib import Path
 from typing import Any, Dict, List, Tuple, get_args
 
-import splat
-from splat import _library, _native
+import libsplat as splat
+from libsplat import _library, _native
 from shared import Case, run_program
 
 API = Path(__file__).resolve().parents[2] / "api" / "api.json"
@@ -70,9 +70,9 @@ class Lookup(Case):
     """SPLAT_LIBRARY, and errors of the import."""
 
     def refuses(self, words: str, **variables: str) -> None:
-        status, _, errors = run_program("import splat", **variables)
+        status, _, errors = run_program("import libsplat", **variables)
         self.assertEqual(status, 1, errors)
-        self.assertIn("ImportError: splat", errors)
+        self.assertIn("ImportError: libsplat", errors)
         self.assertIn(words, errors)
 
     def test_a_file_that_is_not_there(self) -> None:
@@ -140,7 +140,7 @@ class Errors(Case):
 
 
 def _errors_class(code: int) -> splat.Error:
-    from splat._errors import last_error
+    from libsplat._errors import last_error
     return last_error(code)
 
 

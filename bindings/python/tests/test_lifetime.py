@@ -13,8 +13,8 @@ import unittest
 import weakref
 from typing import Any, List
 
-import splat
-from splat import _calls, _handle, _library, _native
+import libsplat as splat
+from libsplat import _calls, _handle, _library, _native
 from shared import CONFIG, Case, arrays, cameras, run_program, scene, values
 
 
@@ -144,7 +144,7 @@ class Log(Case):
 
     def test_the_usual_hook_tells_exceptions(self) -> None:
         status, output, errors = run_program("""
-import functools, splat, sys
+import functools, libsplat as splat, sys
 def fail(level, text): raise ValueError("in the callback")
 for callback in (fail, functools.partial(fail), sys.exit):
     splat.set_log(callback, "info")
@@ -170,7 +170,7 @@ class Programs(Case):
 
     def test_exit_with_live_objects_and_a_callback(self) -> None:
         text = """
-import splat, sys, threading, numpy
+import libsplat as splat, sys, threading, numpy
 from shared import picture
 splat.set_log(lambda level, text: print(text, file=sys.stderr), "error")
 device = splat.default_device()
@@ -190,7 +190,7 @@ atexit.register(lambda: print("end", predictor.info.views))
                      "ThreadSanitizer ends a forked child that starts threads")
     def test_a_forked_child(self) -> None:
         self.assertEqual(run_program("""
-import os, splat, sys
+import os, libsplat as splat, sys
 from shared import cameras, scene
 first = os.fork()  # before any device is opened: the child may open one
 if first == 0:
@@ -217,7 +217,7 @@ rasterizer.forward(drawn, cameras())
     def test_interrupts_end_a_long_call(self) -> None:
         splat.write_synthetic(self.folder, test=1, test_views=251, resolution=64, seed=1)
         status, output, errors = run_program("""
-import os, signal, splat, sys, threading, time
+import os, signal, libsplat as splat, sys, threading, time
 evaluator = splat.Evaluator(splat.Predictor(), data_path=os.environ["DATA"])
 evaluator.score(0)
 begun = time.monotonic()
@@ -248,7 +248,7 @@ print(heard, evaluator.info.scored, evaluator.score(0).novel.views)
     def test_interrupts_end_an_export(self) -> None:
         splat.write_synthetic(self.folder / "data", train=10, train_views=40, resolution=32)
         status, output, errors = run_program("""
-import os, signal, splat, threading
+import os, signal, libsplat as splat, threading
 dataset, out = splat.Dataset(os.environ["DATA"]), os.environ["DATA"] + "/../out"
 begun, counts = threading.Event(), []
 def send():
@@ -267,7 +267,7 @@ print(counts[-1])
 
     def test_interrupts_at_any_time(self) -> None:
         status, output, errors = run_program("""
-import os, random, signal, splat, threading, time
+import os, random, signal, libsplat as splat, threading, time
 from shared import cameras, scene
 rasterizer, drawn, view = splat.Rasterizer(None, 50, 48, 32), scene(), cameras()
 rasterizer.forward(drawn, view)

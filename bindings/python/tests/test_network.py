@@ -3,7 +3,7 @@ from typing import Any, Tuple
 
 import numpy as np
 
-import splat
+import libsplat as splat
 from shared import CONFIG, Case, values
 
 

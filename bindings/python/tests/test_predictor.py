@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-import splat
+import libsplat as splat
 from shared import PYTHON, Case, picture, run_program, values
-from splat.picture import picture_array
+from libsplat.picture import picture_array
 
 VGG = ((0, 3, 64), (2, 64, 64), (5, 64, 128), (7, 128, 128), (10, 128, 256), (12, 256, 256),
        (14, 256, 256), (17, 256, 512), (19, 512, 512), (21, 512, 512), (24, 512, 512),
@@ -145,7 +145,7 @@ class Predictors(Case):
 
     def test_the_default_device(self) -> None:
         self.assertEqual(run_program("""
-import splat, numpy
+import libsplat as splat, numpy
 print(len(splat.Predictor().predict(numpy.zeros((64, 64, 3), numpy.uint8)).scene) > 0)""")[1],
                          "True\n")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-import splat
+import libsplat as splat
 from shared import Case, picture
 
 SAMPLES = os.environ.get("SPLAT_ONNX_SAMPLES")

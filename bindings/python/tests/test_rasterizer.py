@@ -3,7 +3,7 @@ from typing import Any, Dict, Tuple
 
 import numpy as np
 
-import splat
+import libsplat as splat
 from shared import Case, arrays, cameras, scene, values
 
 OUTPUTS: Dict[Any, Tuple[int, ...]] = {

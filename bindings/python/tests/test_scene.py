@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-import splat
+import libsplat as splat
 from shared import Case, arrays, cameras, picture, scene, values
 
 
@@ -313,7 +313,7 @@ class Images(Case):
 
     def test_pil_takes_it(self) -> None:
         try:
-            from PIL import Image
+            from PIL import Image  # pyright: ignore[reportMissingImports]
         except ImportError:
             self.skipTest("no PIL; apt-get install python3-pil")
         for array in (picture(), picture()[::2, ::-1, :3], picture()[:, :, 0]):

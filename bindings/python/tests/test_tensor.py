@@ -6,8 +6,8 @@ from unittest import mock
 
 import numpy as np
 
-import splat
-from splat import _dlpack
+import libsplat as splat
+from libsplat import _dlpack
 from shared import Case, run_program, values
 
 
@@ -181,7 +181,7 @@ class Tensors(Case):
     def test_only_a_memoryview_costs_a_walk_over_all_objects(self) -> None:
         tensor = splat.Tensor(self.device, values(3))
         holder: Any = [None]
-        with mock.patch("splat.tensor.FREES_FORMATS", True), \
+        with mock.patch("libsplat.tensor.FREES_FORMATS", True), \
                 mock.patch("gc.get_referrers", wraps=gc.get_referrers) as walk:
             with tensor.map() as array:
                 array[:] = 1
@@ -206,7 +206,7 @@ class Tensors(Case):
 
     def test_arrays_that_outlive_their_block_and_tensor(self) -> None:
         self.assertEqual(run_program("""
-import numpy as np, splat
+import numpy as np, libsplat as splat
 device = splat.Device()
 views = []
 for number in range(200):
@@ -361,7 +361,7 @@ class Dlpack(Case):
 
     def test_arrays_that_outlive_the_interpreter(self) -> None:
         status, output, errors = run_program("""
-import numpy as np, splat, sys
+import numpy as np, libsplat as splat, sys
 tensor = splat.Tensor(splat.Device(), np.ones(9, np.float32))
 sys.keep = [np.from_dlpack(tensor), tensor.array, tensor.__dlpack__(), tensor]
 class Late:

@@ -7,8 +7,8 @@ from unittest import mock
 
 import numpy as np
 
-import splat
-from splat import _library, _records
+import libsplat as splat
+from libsplat import _library, _records
 from shared import CONFIG, Case, cameras, scene, values
 
 

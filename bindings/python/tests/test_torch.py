@@ -6,12 +6,12 @@ import unittest
 import weakref
 from typing import Any, Optional, Tuple, get_type_hints
 
-import splat
+import libsplat as splat
 from shared import PYTHON, Case, cameras, picture, run_program, scene
 
 try:
-    import splat.torch
-    from splat.torch import torch
+    from libsplat import torch as bridge
+    from libsplat.torch import torch
 except ImportError as error:
     raise unittest.SkipTest(str(error))
 
@@ -27,7 +27,7 @@ def gaussians(count: int = 30) -> Any:
 
 
 CAMERA = splat.Camera(24, 20, 24)
-draw: Any = splat.torch.rasterize  # lists of tensors are spread over its arguments
+draw: Any = bridge.rasterize  # lists of tensors are spread over its arguments
 
 
 def reference(means: Any, scales: Any, turns: Any, opacities: Any, colors: Any) -> Any:
@@ -89,7 +89,7 @@ class Torch(Case):
              lambda *v: calls.conv2d(*v, padding=1)),
             ("silu", {"x": (1, 4, 2, 2)}, calls.silu))
         for kind, shapes, function in cases:
-            module = splat.torch.Module(kind, shapes, seed=1)
+            module = bridge.Module(kind, shapes, seed=1)
             x = (torch.rand(shapes["x"]) - 0.5).requires_grad_()
             inputs = [x, *module.parameters()]
             exact = [each.detach().double().requires_grad_() for each in inputs]
@@ -101,7 +101,7 @@ class Torch(Case):
 
     def test_modules_are_copied_and_saved(self) -> None:
         shapes = {"x": (2, 3), "weight": (4, 3), "bias": (4,)}
-        module, x = splat.torch.Module("linear", shapes, seed=1), torch.rand(2, 3)
+        module, x = bridge.Module("linear", shapes, seed=1), torch.rand(2, 3)
         self.assertEqual(repr(module), "Module('linear', x=[2,3], weight=[4,3], bias=[4])")
         file = io.BytesIO()
         torch.save(torch.nn.Sequential(module).eval(), file)
@@ -128,7 +128,7 @@ class Torch(Case):
         self.assertEqual(torch.load(file), [CAMERA])
 
     def test_types_of_what_is_drawn(self) -> None:
-        hints = get_type_hints(splat.torch.Drawn, None, {"Values": torch.Tensor})
+        hints = get_type_hints(bridge.Drawn, None, {"Values": torch.Tensor})
         self.assertEqual((hints["images"], hints["alpha"], hints["depth"]),
                          (torch.Tensor, torch.Tensor, Optional[torch.Tensor]))
 
@@ -139,11 +139,11 @@ class Torch(Case):
         for _ in range(2):
             drawn = [draw(*given, CAMERA, device=device) for _ in range(5)]
             held = device.memory.live_bytes
-            splat.torch.release_memory()
+            bridge.release_memory()
             slopes += [torch.autograd.grad(each.images.sum(), given[0])[0] for each in drawn]
             del drawn
             gc.collect()
-            splat.torch.release_memory()
+            bridge.release_memory()
             self.assertLess(device.memory.live_bytes, held // 100)
         for each in slopes:
             self.assertTrue(torch.equal(each, slopes[0]))
@@ -250,7 +250,7 @@ class Torch(Case):
                          sh_degree=degree)
         self.refused(splat.InvalidArgument, "sh_degree is 1.0", draw, *given[:4],
                      torch.rand(30, 4, 3), CAMERA, sh_degree=1.0)
-        self.refused(splat.InvalidArgument, "'x' has the shape", splat.torch.Module, "linear",
+        self.refused(splat.InvalidArgument, "'x' has the shape", bridge.Module, "linear",
                      {"x": (2.7, 3), "weight": (4, 3), "bias": (4,)})
         self.refused(splat.InvalidArgument, "float64", draw, given[0].double(), *given[1:], CAMERA)
         self.refused(splat.InvalidArgument, "meta", draw, given[0].to("meta"), *given[1:], CAMERA)
@@ -260,7 +260,7 @@ class Torch(Case):
             self.refused(TypeError, "expected a Device or None", draw, *given, CAMERA, device=device)
         self.refused(TypeError, "cameras[0] is a str, expected a Camera", draw, *given, ["a"])
         self.refused(TypeError, "Module(): shapes is an int, expected a mapping",
-                     splat.torch.Module, "linear", 3)
+                     bridge.Module, "linear", 3)
         sparse = torch.eye(30, 3).to_sparse().requires_grad_()
         self.refused(splat.InvalidArgument, "means has the layout torch.sparse_coo", draw, sparse,
                      *given[1:], CAMERA)

@@ -5,7 +5,7 @@ from typing import Any, List, Tuple
 
 import numpy as np
 
-import splat
+import libsplat as splat
 from shared import CONFIG, Case
 
 Kind = splat.RunEventKind

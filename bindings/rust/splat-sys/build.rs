@@ -1,4 +1,5 @@
-//! Finds libsplat.so, for Windows the import library of splat.dll: in SPLAT_LIB_DIR, or by pkg-config.
+//! Finds libsplat.so, for Windows the import library of splat.dll: in SPLAT_LIB_DIR, or as a feature says: `bundled`
+//! builds it by CMake, `system` asks pkg-config.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -20,11 +21,14 @@ fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     for name in [
         "SPLAT_LIB_DIR",
+        "SPLAT_SOURCE_DIR",
         "PKG_CONFIG",
         "PKG_CONFIG_PATH",
         "PKG_CONFIG_LIBDIR",
         "PKG_CONFIG_SYSROOT_DIR",
         "DOCS_RS",
+        "CMAKE",
+        "CMAKE_TOOLCHAIN_FILE",
     ] {
         println!("cargo:rerun-if-env-changed={name}");
     }
@@ -34,8 +38,80 @@ fn main() {
     println!("cargo:rustc-link-lib=dylib=splat");
     match std::env::var("SPLAT_LIB_DIR") {
         Ok(folder) if !folder.is_empty() => from_folder(&folder),
-        _ => from_pkg_config(),
+        _ if cfg!(feature = "bundled") => from_folder(&build()),
+        _ if cfg!(feature = "system") => from_pkg_config(),
+        _ => fail("neither the feature `system` nor `bundled` of libsplat is on"),
     }
+}
+
+/// Build the library by CMake and install it below OUT_DIR, with its weights. Returns the library's folder.
+fn build() -> String {
+    let out = PathBuf::from(variable("OUT_DIR"));
+    let (build, prefix, sources) = (out.join("build"), out.join("prefix"), sources());
+    for name in ["CMakeLists.txt", "cmake", "include", "shaders", "src", "tools"] {
+        println!("cargo:rerun-if-changed={}", sources.join(name).display());
+    }
+    let (host, target) = (variable("HOST"), variable("TARGET"));
+    if host != target && std::env::var_os("CMAKE_TOOLCHAIN_FILE").is_none() {
+        fail(&format!(
+            "`bundled` builds for {target} on {host} only with a toolchain of CMake: set CMAKE_TOOLCHAIN_FILE"
+        ));
+    }
+    let mut configure = cmake();
+    configure.arg("-S").arg(&sources).arg("-B").arg(&build).arg("-DCMAKE_INSTALL_LIBDIR=lib");
+    configure.arg(format!("-DCMAKE_INSTALL_PREFIX={}", prefix.display()));
+    configure.args([
+        "-DCMAKE_BUILD_TYPE=Release",
+        "-DCMAKE_UNITY_BUILD=ON",
+        "-DCMAKE_UNITY_BUILD_BATCH_SIZE=0",
+    ]);
+    configure.args(["-DSPLAT_INSTALL=ON", "-DSPLAT_BUILD_TESTS=OFF", "-DSPLAT_BUILD_TOOLS=OFF"]);
+    run(&mut configure);
+    let jobs = std::env::var("NUM_JOBS").unwrap_or_else(|_| "1".into());
+    run(cmake().arg("--build").arg(&build).args(["--config", "Release", "--parallel", &jobs]));
+    run(cmake().arg("--install").arg(&build).args(["--config", "Release"]));
+    prefix.join("lib").display().to_string()
+}
+
+/// The library's sources: of SPLAT_SOURCE_DIR, in this package, or around this crate in a checkout.
+fn sources() -> PathBuf {
+    let own = PathBuf::from(variable("CARGO_MANIFEST_DIR"));
+    let places = match std::env::var_os("SPLAT_SOURCE_DIR") {
+        Some(folder) if !folder.is_empty() => vec![PathBuf::from(folder)],
+        _ => vec![own.join("libsplat"), own.join("../../..")],
+    };
+    match places.iter().find(|folder| folder.join("include/splat.h").exists()) {
+        Some(folder) => folder.clone(),
+        None => fail(&format!(
+            "`bundled` found no sources of libsplat in {}: set SPLAT_SOURCE_DIR to their folder",
+            places
+                .iter()
+                .map(|folder| folder.display().to_string())
+                .collect::<Vec<_>>()
+                .join(" and ")
+        )),
+    }
+}
+
+fn cmake() -> Command {
+    Command::new(std::env::var_os("CMAKE").unwrap_or_else(|| "cmake".into()))
+}
+
+fn run(command: &mut Command) {
+    let reason = match command.status() {
+        Ok(status) if status.success() => return,
+        Ok(status) => format!("{status}, its output is above"),
+        Err(error) => error.to_string(),
+    };
+    eprintln!("`bundled` cannot build libsplat: {command:?}: {reason}.");
+    eprintln!("It takes CMake 3.25, a compiler of C++20, glslangValidator and the libraries that CMake names;");
+    eprintln!("on Debian the packages_build of tools/setup.sh. Or install libsplat, and leave `bundled` out.");
+    std::process::exit(1);
+}
+
+/// What cargo tells a build script.
+fn variable(name: &str) -> String {
+    std::env::var(name).unwrap_or_else(|_| fail(&format!("{name} is not set, as cargo does")))
 }
 
 /// Use a folder, such as that of a build, and let programs find the library there at run time.
@@ -151,6 +227,6 @@ fn check_version(library: &str) {
 fn fail(reason: &str) -> ! {
     eprintln!("libsplat was not found: {reason}");
     eprintln!("Install libsplat and set PKG_CONFIG_PATH to the folder of its splat.pc,");
-    eprintln!("or set SPLAT_LIB_DIR to the folder of libsplat.so.");
+    eprintln!("or set SPLAT_LIB_DIR to the folder of libsplat.so, or build it with the feature `bundled`.");
     std::process::exit(1);
 }

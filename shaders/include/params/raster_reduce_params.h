@@ -11,6 +11,7 @@ using uint = std::uint32_t;
 
 // Specialisation constants.
 SPLAT_SPEC_ID kReduceRangesId = 10u;  // views see ranges, see raster/view_ranges.glsl
+SPLAT_SPEC_ID kReduceHalvesId = 11u;  // pixels are float16 instead of bytes
 
 struct PoseReduceParams {
     uint groups;  // partial sums per view, unless views see ranges
@@ -30,7 +31,13 @@ struct ContributionReduceParams {
     uint layer;       // which ranges; layers after the first add a sum of their own
 };
 
+struct RasterPixelsParams {
+    uint count;     // pixels
+    uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
+};
+
 #ifdef __cplusplus
+static_assert(sizeof(RasterPixelsParams) <= 128);
 static_assert(sizeof(PoseReduceParams) <= 128);
 static_assert(sizeof(ContributionReduceParams) <= 128);
 }

@@ -99,8 +99,11 @@ splat_result give_profile(splat_device device, char* buffer, size_t capacity, si
 
 }  // namespace
 
-Result<std::shared_ptr<api::DeviceObject>> api::open_device(const splat_device_desc& desc) {
-    SPLAT_ASSIGN(const vk::ContextDesc wanted, context_desc(desc));
+Result<std::shared_ptr<api::DeviceObject>> api::open_device(const splat_device_desc& desc,
+                                                            std::optional<vk::Adopted> adopted) {
+    SPLAT_ASSIGN(vk::ContextDesc wanted, context_desc(desc));
+    if (adopted) wanted.device.validation = false;  // the application's instance has it or not
+    wanted.device.adopted = std::move(adopted);
     self_test::KernelTests tests;
     SPLAT_ASSIGN(std::shared_ptr<vk::Context> context, self_test::create_context(wanted, tests));
     auto object = std::make_shared<DeviceObject>(std::move(context));

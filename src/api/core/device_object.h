@@ -20,7 +20,8 @@ struct DeviceObject : OfDevice {
     Status test(unsigned families) { return self_test::test_kernels(*context, tests, families); }
 };
 
-/// Open the device that a checked desc selects; zeros: the best one.
-Result<std::shared_ptr<DeviceObject>> open_device(const splat_device_desc& desc);
+/// Open the device that a checked desc selects; zeros: the best one. `adopted`: the application's instead.
+Result<std::shared_ptr<DeviceObject>> open_device(const splat_device_desc& desc,
+                                                  std::optional<vk::Adopted> adopted = {});
 
 }  // namespace splat::api

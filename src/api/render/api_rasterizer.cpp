@@ -82,25 +82,6 @@ raster::RasterDesc with_room(raster::RasterDesc desc, std::uint32_t views, std::
     return desc;
 }
 
-/// The cameras of a call, which may be more than the state has memory for.
-Result<raster::PackedViews> views_of_call(const api::RasterStateObject& object,
-                                          const splat_camera* cameras, std::uint32_t count,
-                                          const float* background, const Ranges& ranges = {}) {
-    raster::RasterDesc desc = object.rasterizer->desc();
-    if (count > 0) SPLAT_TRY(api::require(cameras, "cameras"));
-    if (object.any_views && count > desc.views) {
-        std::uint64_t items = ranges.empty() ? std::uint64_t{desc.gaussians} * count : 0;
-        for (const raster::Range& range : ranges) items += range.count;
-        desc = with_room(desc, count, items);
-        SPLAT_TRY(raster::check_desc(object.context->device().info(), desc));
-    }
-    if (count > desc.views)
-        return invalid("count is %u, but the rasterizer was made for at most %u views", count,
-                       desc.views);
-    SPLAT_ASSIGN(const auto color, api::background_of(background, object.linear_colors));
-    return api::pack_cameras(desc, cameras, 0, count, color);
-}
-
 /// Let the views of a call see ranges of `gaussians`, if there are any. Take more memory if a call has more views or
 /// items than any before. On an error all stays as it was. The context's mutex is held.
 Status make_room(api::RasterStateObject& object, std::uint32_t gaussians, const Ranges& ranges,
@@ -134,28 +115,6 @@ Status check_scene(const api::SceneObject& scene, const api::RasterStateObject& 
     if (scene.gaussians.count() <= object.gaussians) return {};
     return invalid("the scene has %zu Gaussians, but the rasterizer was made for at most %u",
                    scene.gaussians.count(), object.gaussians);
-}
-
-/// Warn, once for a scene, if the rasterizer does not draw it as its file says.
-void warn_of_drawn_as(const api::RasterStateObject& object, api::SceneObject& scene) {
-    const raster::RasterDesc& desc = object.rasterizer->desc();
-    scene::DrawnAs lacking;
-    {
-        const std::shared_lock reading(scene.mutex);
-        lacking = scene.gaussians.drawn_as;
-    }
-    lacking.antialiased = lacking.antialiased && !desc.antialiased;
-    lacking.by_distance = lacking.by_distance && !desc.sort_by_distance;
-    lacking.three_sigma = lacking.three_sigma && !desc.cut_3_sigma;
-    lacking.linear_colors = lacking.linear_colors && !object.linear_colors;
-    if (lacking == scene::DrawnAs() || scene.warned.exchange(true)) return;
-    std::string names;
-    for (const std::string& name : scene::drawn_as_names(lacking))
-        names += (names.empty() ? "" : ", ") + name;
-    log(LogLevel::kWarning,
-        format("the scene's file says to draw it %s, which the rasterizer was not made for: add "
-               "splat_scene_info.drawn_as to splat_rasterizer_desc.flags",
-               names.c_str()));
 }
 
 /// The scene's copy on the rasterizer's device, of its degree; uploaded if there is none. The
@@ -328,6 +287,46 @@ Result<std::array<float, 3>> api::background_of(const float* background, bool li
     return color;
 }
 
+Result<raster::PackedViews> api::views_of_call(const RasterStateObject& object,
+                                               const splat_camera* cameras, std::uint32_t count,
+                                               const float* background,
+                                               std::span<const raster::Range> ranges) {
+    raster::RasterDesc desc = object.rasterizer->desc();
+    if (count > 0) SPLAT_TRY(api::require(cameras, "cameras"));
+    if (object.any_views && count > desc.views) {
+        std::uint64_t items = ranges.empty() ? std::uint64_t{desc.gaussians} * count : 0;
+        for (const raster::Range& range : ranges) items += range.count;
+        desc = with_room(desc, count, items);
+        SPLAT_TRY(raster::check_desc(object.context->device().info(), desc));
+    }
+    if (count > desc.views)
+        return invalid("count is %u, but the rasterizer was made for at most %u views", count,
+                       desc.views);
+    SPLAT_ASSIGN(const auto color, api::background_of(background, object.linear_colors));
+    return api::pack_cameras(desc, cameras, 0, count, color);
+}
+
+void api::warn_of_drawn_as(const RasterStateObject& object, SceneObject& scene) {
+    const raster::RasterDesc& desc = object.rasterizer->desc();
+    scene::DrawnAs lacking;
+    {
+        const std::shared_lock reading(scene.mutex);
+        lacking = scene.gaussians.drawn_as;
+    }
+    lacking.antialiased = lacking.antialiased && !desc.antialiased;
+    lacking.by_distance = lacking.by_distance && !desc.sort_by_distance;
+    lacking.three_sigma = lacking.three_sigma && !desc.cut_3_sigma;
+    lacking.linear_colors = lacking.linear_colors && !object.linear_colors;
+    if (lacking == scene::DrawnAs() || scene.warned.exchange(true)) return;
+    std::string names;
+    for (const std::string& name : scene::drawn_as_names(lacking))
+        names += (names.empty() ? "" : ", ") + name;
+    log(LogLevel::kWarning,
+        format("the scene's file says to draw it %s, which the rasterizer was not made for: add "
+               "splat_scene_info.drawn_as to splat_rasterizer_desc.flags",
+               names.c_str()));
+}
+
 Result<raster::PackedViews> api::pack_cameras(const raster::RasterDesc& desc,
                                               const splat_camera* cameras, std::uint32_t first,
                                               std::uint32_t count,
@@ -339,16 +338,23 @@ Result<raster::PackedViews> api::pack_cameras(const raster::RasterDesc& desc,
 }
 
 Status api::draw_scene(RasterStateObject& object, SceneObject& scene, raster::PackedViews views,
-                       std::span<const raster::Range> ranges) {
+                       std::span<const raster::Range> ranges, const Draw& draw) {
     const std::lock_guard lock(object.context->mutex);
     std::shared_lock reading(scene.mutex);
     SPLAT_TRY(check_scene(scene, object));
-    if (scene.gaussians.count() > object.rasterizer->desc().gaussians)
+    const std::uint32_t most = object.rasterizer->desc().gaussians;
+    if (draw && scene.gaussians.count() > most)
+        return unsupported(
+            "%zu Gaussians are drawn in bands, because the device takes %u at a time: use "
+            "splat_rasterizer_forward, which waits for each",
+            scene.gaussians.count(), most);
+    if (scene.gaussians.count() > most)
         return draw_in_bands(object, scene.gaussians, views, !ranges.empty());
     SPLAT_ASSIGN(CopyPointer copy, copy_of(scene, object));
     reading.unlock();
     SPLAT_TRY(make_room(object, copy->set.count, {ranges.begin(), ranges.end()}, views));
     const NamedSceneKeeper keeper{object, copy};
+    if (draw) return draw(copy->set.views(), views);
     return forward(object, copy->set.views(), views);
 }
 
@@ -402,8 +408,8 @@ splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_r
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
         SPLAT_ASSIGN(const auto from, api::find(scene));
         SPLAT_ASSIGN(const raster::PackedViews views,
-                     views_of_call(*object, cameras, count, background));
-        warn_of_drawn_as(*object, *from);
+                     api::views_of_call(*object, cameras, count, background));
+        api::warn_of_drawn_as(*object, *from);
         return api::draw_scene(*object, *from, views);
     });
 }
@@ -419,7 +425,7 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer, splat_raster_
         SPLAT_TRY(api::take_input(gaussians, "gaussians", given));
         SPLAT_ASSIGN(const Ranges ranges, ranges_of(given, count));
         SPLAT_ASSIGN(raster::PackedViews views,
-                     views_of_call(*object, cameras, count, background, ranges));
+                     api::views_of_call(*object, cameras, count, background, ranges));
         if (given.active_tile_count > 0)
             SPLAT_TRY(api::require(given.active_tiles, "splat_gaussians_desc.active_tiles"));
         if (given.active_tiles != nullptr)
@@ -429,7 +435,7 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer, splat_raster_
         if (has_tensors(given))
             return invalid("scene and tensors are both given, expected one of them");
         SPLAT_ASSIGN(const auto from, api::find(given.scene));
-        warn_of_drawn_as(*object, *from);
+        api::warn_of_drawn_as(*object, *from);
         return api::draw_scene(*object, *from, std::move(views), ranges);
     });
 }

@@ -56,6 +56,7 @@ Result<const OutputRow*> find_output(const raster::RasterDesc& desc, splat_outpu
 
 /// The context's mutex is held.
 Status check_drawn(const api::RasterStateObject& object, bool per_pixel = true) {
+    SPLAT_TRY(object.rasterizer->finish());
     if (!object.rasterizer->drawn())
         return bad_state("the rasterizer has drawn nothing: call splat_rasterizer_forward first");
     const std::uint64_t banded = object.rasterizer->stats().banded;

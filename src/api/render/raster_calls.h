@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 
 #include "api/core/image_view.h"
 #include "api/handles.h"
@@ -29,10 +30,22 @@ Result<raster::PackedViews> pack_cameras(const raster::RasterDesc& desc,
                                          std::uint32_t count,
                                          const std::array<float, 3>& background);
 
+/// The cameras of a call, which may be more than the state has memory for.
+Result<raster::PackedViews> views_of_call(const RasterStateObject& object,
+                                          const splat_camera* cameras, std::uint32_t count,
+                                          const float* background,
+                                          std::span<const raster::Range> ranges = {});
+
+/// Warn, once for a scene, if the rasterizer does not draw it as its file says.
+void warn_of_drawn_as(const RasterStateObject& object, SceneObject& scene);
+
+/// Draws a scene that is on the device, instead of Rasterizer::forward.
+using Draw = std::function<Status(const gaussians::SetViews&, const raster::PackedViews&)>;
+
 /// Draw a scene, with more memory where the state takes any number of views. `ranges`: of each view, empty: all.
-/// Locks the context's mutex.
+/// Locks the context's mutex. With `draw`, kUnsupported for a scene that is drawn in bands.
 Status draw_scene(RasterStateObject& object, SceneObject& scene, raster::PackedViews views,
-                  std::span<const raster::Range> ranges = {});
+                  std::span<const raster::Range> ranges = {}, const Draw& draw = {});
 
 /// Check an image, called `name`, that receives a view: as many channels as the output; RGB may have alpha.
 Result<ImageView> image_of_output(splat_output output, const raster::RasterDesc& desc,

@@ -307,7 +307,7 @@ int list(const std::string& folder, std::vector<Listed>& all) {
 }
 
 std::string reason(int number) {
-    if (number == EBUSY) return "another program has it open; close it there";
+    if (number == EBUSY) return "this program or another has it open; close it there";
     if (number == EACCES)
         return "access denied; it or its folder is read-only or another user's, choose another one";
     if (number == EINVAL)

@@ -34,7 +34,12 @@ void advise(void* memory, std::size_t bytes, Pages advice) {
     const auto at = reinterpret_cast<std::uintptr_t>(memory);
     const std::uintptr_t first = (at + page - 1) / page * page;
     const std::uintptr_t last = (at + bytes) / page * page;
-    if (first < last) ::DiscardVirtualMemory(reinterpret_cast<void*>(first), last - first);
+    if (first >= last) return;
+    void* const pages = reinterpret_cast<void*>(first);
+    // The contents are not kept, and the pages, which are not locked, leave the working set. DiscardVirtualMemory does
+    // both at once, but Wine has none.
+    ::VirtualAlloc(pages, last - first, MEM_RESET, PAGE_READWRITE);
+    ::VirtualUnlock(pages, last - first);
 }
 
 std::uint64_t machine_bytes() {

@@ -106,6 +106,11 @@ void MisuseTable::device_rows() {
         invalid("unknown kernels", kArgument, [value](auto& d) { d.kernels = value; });
     }
     invalid("by kind without a kind", kArgument, [](auto& d) { d.select = SPLAT_SELECT_BY_KIND; });
+    // tests/api/engine has a device of an application.
+    wrong_structs<splat_vulkan_desc>("splat_device_from_vulkan", "vulkan")("without handles",
+                                                                           kArgument, [](auto&) {});
+    wrong_structs<splat_device_desc>("splat_device_from_vulkan")(
+        "chosen by index", kArgument, [](auto& d) { d.select = SPLAT_SELECT_BY_INDEX; });
 }
 
 void MisuseTable::tensor_rows() {

@@ -99,6 +99,16 @@ void MisuseTable::forward_rows() {
         invalid("a singular pose", kArgument,
                 [](auto& c) { std::fill_n(c.world_to_camera, 16, 0); });
     };
+    const auto submit = SPLAT_WRONG(splat_rasterizer_submit);
+    submit.each("camera", "of a device of the library", kState, sample_camera(16, 16))
+        .each("state", "of another rasterizer", kArgument, foreign_state_);
+    static constexpr float kNoColor[3] = {NAN, 0, 0};
+    submit.each("background", "not finite", kArgument, kNoColor);
+    const auto target = wrong_structs<splat_vulkan_target>(submit.function(), "target");
+    target("neither image nor buffer", kArgument, [](auto& t) { t.buffer = 0; });
+    target("an unknown format", kArgument, [](auto& t) { t.format = UINT32_MAX; });
+    target("an odd offset", kArgument, [](auto& t) { t.offset = 1; });
+    target("too few bytes", kArgument, [](auto& t) { t.bytes = 16 * 16 * 4 - 1; });
     both(SPLAT_WRONG(splat_rasterizer_forward_scene).given("state", nullptr));
     both(SPLAT_WRONG(splat_rasterizer_forward).given("state", nullptr));
     SPLAT_WRONG(splat_rasterizer_forward_scene)

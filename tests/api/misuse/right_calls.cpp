@@ -48,6 +48,10 @@ void MisuseTable::right_descs() {
     good<splat_picture_cut_desc>().resolution = 16;
     good<splat_prior_maps>().mask = kMap;
     good<splat_normals_desc>().focal_x = good<splat_normals_desc>().focal_y = 4;
+    auto& target = good<splat_vulkan_target>();
+    target.buffer = 1;  // never followed: the device is the library's own
+    target.bytes = 16 * 16 * 4;
+    target.format = 37;
     auto& bytes = good<splat_camera_bytes>();
     bytes.cameras = kNoFormat;
     bytes.camera_bytes = sizeof kNoFormat;
@@ -125,6 +129,8 @@ void MisuseTable::right_calls() {
     SPLAT_RIGHT(splat_image_save_animation, kCut, kNoImageFile, &kPicture, 1, 50);
     SPLAT_RIGHT(splat_image_save_animation_memory, kCut, &kPicture, 1, 50, SPLAT_IMAGE_PNG, bytes,
                 64, needed);
+    SPLAT_RIGHT(splat_rasterizer_submit, kCut, rasterizer_, nullptr, scene_, &camera, nullptr,
+                &good<splat_vulkan_target>(), out<splat_vulkan_frame>());
     SPLAT_RIGHT(splat_rasterizer_read_images, kCut, drawn_, nullptr, SPLAT_OUTPUT_RGB, 0, &drawn,
                 1);
     SPLAT_RIGHT(splat_rasterizer_read, kCut, drawn_, nullptr, SPLAT_OUTPUT_DEPTHS, values_out(),

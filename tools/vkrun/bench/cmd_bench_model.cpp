@@ -130,7 +130,7 @@ void add_peer_options(CLI::App& model, bench::PeerOptions& peer) {
     model.add_option("--peer-device", peer.device, "Device of the peer: cpu or cuda")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"cpu", "cuda"}).description(""));
+        ->check(one_of({"cpu", "cuda"}));
     model.add_flag("--peer-tf32", peer.tf32, "Let a peer with CUDA round factors to TF32");
     model.add_flag("--peer-graphs", peer.graphs,
                    "Let a peer with CUDA replay its passes as graphs");
@@ -138,13 +138,13 @@ void add_peer_options(CLI::App& model, bench::PeerOptions& peer) {
         .add_option("--peer-isa", peer.isa,
                     "Instruction set of a peer on the CPU: default (all) or avx2")
         ->type_name("NAME")
-        ->check(CLI::IsMember({"default", "avx2"}).description(""));
+        ->check(one_of({"default", "avx2"}));
     model
         .add_option("--peer-layout", peer.layout,
                     "Layout of the peer's tensors: channels_last or contiguous;\n"
                     "default: channels_last")
         ->type_name("NAME")
-        ->check(CLI::IsMember({"channels_last", "contiguous"}).description(""));
+        ->check(one_of({"channels_last", "contiguous"}));
     model.add_option("--python", peer.python, "Python interpreter of the peer")
         ->type_name("PROGRAM")
         ->capture_default_str();
@@ -171,7 +171,7 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
     model->add_option("--precision", options->precision_name, "strict, balanced or fast")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"strict", "balanced", "fast"}).description(""));
+        ->check(one_of({"strict", "balanced", "fast"}));
     model->add_option("--objects", options->objects, "Objects of a batch")
         ->type_name("N")
         ->capture_default_str()

@@ -136,7 +136,7 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
     raster->add_option("--convention", options->convention, "3dgs or gsplat")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"3dgs", "gsplat"}).description(""));
+        ->check(one_of({"3dgs", "gsplat"}));
     raster
         ->add_option("--background", options->background, "Background colour, each channel 0 to 1")
         ->type_name("R,G,B")

@@ -25,6 +25,7 @@ void add_compare(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);
 void add_priors(CLI::App& app, int& exit_code);
 void add_weights(CLI::App& app, int& exit_code);
+void add_completion(CLI::App& app, int& exit_code);
 
 /// Commands of vkrun-bench, with the sentences under which vkrun lists them.
 constexpr const char* kBenchSentence = "Measure speed and error on this machine.";

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "vkrun/cli/options.h"
 #include "vkrun/cli/text.h"
 
 namespace vkrun {
@@ -164,6 +165,7 @@ void add_device_option(CLI::App& app, std::string& text) {
     app.add_option("--device", text, kDeviceHelp)
         ->type_name("DEVICE")
         ->default_str("best")
+        ->check(any_like({"best", "discrete", "integrated", "virtual", "cpu", "other"}))
         ->check(CLI::Validator(
             [](const std::string& value) -> std::string {
                 auto desc = sized<splat_device_desc>();

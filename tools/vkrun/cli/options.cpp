@@ -8,6 +8,9 @@
 namespace vkrun {
 namespace {
 
+// The name of a check is kept by CLI11, and shown nowhere.
+const std::string kWords = "words: ";
+
 /// Leaves out checks and "Needs" and "Excludes", which descriptions state where they matter.
 class HelpFormatter : public CLI::Formatter {
   public:
@@ -76,6 +79,28 @@ void add_changes_option(CLI::App& command, std::vector<std::string>& changes) {
 void add_allow_missing_flag(CLI::App& command, bool& allow) {
     command.add_flag("--allow-missing", allow,
                      "Leave objects out that lack a file, and name them, instead of refusing them");
+}
+
+CLI::Validator one_of(const std::vector<std::string>& words) {
+    CLI::Validator check = CLI::IsMember(words);
+    return check.description("").name(kWords + CLI::detail::join(words));
+}
+
+CLI::Validator any_like(const std::vector<std::string>& words) {
+    const auto accept = [](const std::string&) { return std::string(); };
+    return CLI::Validator(accept, "", kWords + CLI::detail::join(words));
+}
+
+std::vector<std::string> words_of(CLI::Option& option) {
+    try {
+        for (int i = 0;; ++i) {
+            const std::string name = option.get_validator(i)->get_name();
+            if (name.starts_with(kWords))
+                return CLI::detail::split(name.substr(kWords.size()), ',');
+        }
+    } catch (const CLI::OptionNotFound&) {  // there is no further check
+        return {};
+    }
 }
 
 void check_number(const char* option, double value, double least, double most) {

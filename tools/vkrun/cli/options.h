@@ -8,6 +8,8 @@
 namespace CLI {
 class App;
 class Formatter;
+class Option;
+class Validator;
 }  // namespace CLI
 
 namespace vkrun {
@@ -40,6 +42,15 @@ void add_changes_option(CLI::App& command, std::vector<std::string>& changes);
 void add_allow_missing_flag(CLI::App& command, bool& allow);
 
 // ---- Checks of their values
+
+/// The value is one of these words, which `words_of` tells.
+CLI::Validator one_of(const std::vector<std::string>& words);
+
+/// Any value; a shell offers these words.
+CLI::Validator any_like(const std::vector<std::string>& words);
+
+/// The words of a check by `one_of` or `any_like`; none without one.
+std::vector<std::string> words_of(CLI::Option& option);
 
 /// Throws a usage Failure, "--distance is nan, expected ...", unless the value is in the range.
 void check_number(const char* option, double value, double least, double most);

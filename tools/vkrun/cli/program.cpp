@@ -10,6 +10,7 @@
 
 #include "core/os/console.h"
 #include "core/os/path.h"
+#include "vkrun/cli/candidates.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/log.h"
 #include "vkrun/cli/options.h"
@@ -46,7 +47,7 @@ Environment:
   SPLAT_PRIORS_DIR=DIR              where their models are looked for
   SPLAT_TIMEOUT_SCALE=X             multiplies every wait for a device (60 s)
   SPLAT_VALIDATION=1                run under the Khronos validation layer
-  VK_DRIVER_FILES=FILE[:FILE]...    the Vulkan drivers to consider
+  VK_DRIVER_FILES=FILE...           the Vulkan drivers to consider, listed as in PATH
 
 'vkrun COMMAND --help' describes a command. Start with 'vkrun doctor'.
 )";
@@ -85,6 +86,10 @@ int run_commands(int argc, char** argv, AddCommands add_commands) {
         scale_decode_limits(decode_scale);
     });
     add_commands(app, exit_code);
+    if (argc > 1 && std::string(argv[1]) == kCompleteOption) {
+        std::fputs(candidates(app, {argv + 2, argv + argc}).c_str(), stdout);
+        return kSuccess;
+    }
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -278,7 +278,7 @@ void add_data_check(CLI::App& data, int& exit_code) {
     command->add_option("--split", options->split, "train, val, test or all")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"train", "val", "test", "all"}).description(""));
+        ->check(one_of({"train", "val", "test", "all"}));
     command->add_option("--format", options->format, "Format of the data set; default: detected")
         ->type_name("NAME");
     command

@@ -91,7 +91,7 @@ void add_data_co3d(CLI::App& data, int& exit_code) {
     command->add_option("--split", options->split, "train, val, test or all")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"train", "val", "test", "all"}).description(""));
+        ->check(one_of({"train", "val", "test", "all"}));
     add_count_option(*command, "--size", options->size, "Side of the images, pixels", 1, 4096);
     add_count_option(*command, "--limit", options->limit,
                      "Only the first N sequences of each split; 0: all", 0, 1000000);

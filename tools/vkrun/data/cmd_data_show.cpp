@@ -132,7 +132,7 @@ void add_data_show(CLI::App& data, int& exit_code) {
     command->add_option("--split", options->split, "train, val or test")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"train", "val", "test"}).description(""));
+        ->check(one_of({"train", "val", "test"}));
     command->add_option("--format", options->format, "Format of the data set; default: detected")
         ->type_name("NAME");
     add_count_option(*command, "--objects", options->objects, "Objects, one per row", 1, 100);

@@ -78,7 +78,7 @@ void add_data_split(CLI::App& data, int& exit_code) {
     command->add_option("--from", options->from, "Split of DIR that is dealt")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"train", "val", "test"}).description(""));
+        ->check(one_of({"train", "val", "test"}));
     command->add_option("--val", options->val, "Share of objects for validation, 0 to 1")
         ->type_name("X")
         ->capture_default_str();

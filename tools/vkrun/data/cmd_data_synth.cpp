@@ -96,7 +96,7 @@ void add_data_synth(CLI::App& data, int& exit_code) {
     command->add_option("--class", options->category, "cars, chairs or mixed")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"cars", "chairs", "mixed"}).description(""));
+        ->check(one_of({"cars", "chairs", "mixed"}));
     command->add_option("--seed", options->seed, "Seed of all random choices")
         ->type_name("N")
         ->capture_default_str();

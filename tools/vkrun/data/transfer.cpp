@@ -46,14 +46,14 @@ void add_split_option(CLI::App& command, TransferOptions& options) {
     command.add_option("--split", options.split, "train, val, test or all")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"train", "val", "test", "all"}).description(""));
+        ->check(one_of({"train", "val", "test", "all"}));
 }
 
 void add_export_options(CLI::App& command, TransferOptions& options) {
     command.add_option("--to", options.layout, "What to write: tables, srn, images or store")
         ->type_name("LAYOUT")
         ->capture_default_str()
-        ->check(CLI::IsMember({"tables", "srn", "images", "store"}).description(""));
+        ->check(one_of({"tables", "srn", "images", "store"}));
     command.add_option("--class", options.category, "Name of the category in names of folders")
         ->type_name("NAME")
         ->capture_default_str();

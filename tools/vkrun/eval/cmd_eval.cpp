@@ -340,7 +340,7 @@ void add_eval(CLI::App& app, int& exit_code) {
         ->add_option("--baseline", options->baseline,
                      "Score a baseline instead of the network: mean or billboard")
         ->type_name("NAME")
-        ->check(CLI::IsMember({"mean", "billboard"}).description(""));
+        ->check(one_of({"mean", "billboard"}));
     add_shard_option(*command, options->shard, "the objects");
     add_device_option(*command, options->device);
     add_json_flag(*command, options->json);

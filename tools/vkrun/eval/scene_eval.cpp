@@ -169,7 +169,7 @@ void add_scene_eval_options(CLI::App& command, SceneEvalOptions& options) {
                     "Of a scene: cameras to read: auto, colmap or transforms")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"auto", "colmap", "transforms"}).description(""));
+        ->check(one_of({"auto", "colmap", "transforms"}));
     command
         .add_option("--masks", options.masks,
                     "Of a scene: folder of masks, named like the photographs")

@@ -202,7 +202,7 @@ void add_fit(CLI::App& app, int& exit_code) {
         ->type_name("N");
     command->add_option("--cameras", f.cameras, "Cameras to read: auto, colmap or transforms")
         ->type_name("NAME")
-        ->check(CLI::IsMember({"auto", "colmap", "transforms"}));
+        ->check(one_of({"auto", "colmap", "transforms"}));
     add_count_option(*command, "--frames", f.frames, "Frames to take of a video", 10, 10000);
     command->add_flag("--object", f.object,
                       "Keep the object alone: masks by a network, or --masks");
@@ -222,7 +222,7 @@ void add_fit(CLI::App& app, int& exit_code) {
     command->add_option("--refine", f.refine, "Correct poses, exposure or both, by a comma")
         ->type_name("NAMES")
         ->delimiter(',')
-        ->check(CLI::IsMember({"poses", "exposure"}));
+        ->check(one_of({"poses", "exposure"}));
     add_changes_option(*command, f.values);
     command
         ->add_option("--scene", f.scenes,

@@ -221,7 +221,8 @@ void check_colmap() {
         throw Failure(kFailed,
                       "COLMAP, which finds the cameras of photographs, is not installed: "
                       "'apt install colmap' or 'brew install colmap', on Windows the release "
-                      "of github.com/colmap/colmap; or put a transforms.json with the cameras "
+                      "of github.com/colmap/colmap, with its folder bin in PATH; or put a "
+                      "transforms.json with the cameras "
                       "beside the photographs");
 }
 

@@ -179,7 +179,7 @@ void add_priors_eval(CLI::App& priors, int& exit_code) {
     command->add_option("--kind", options->scores.kind, "depth, normal or mask")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"depth", "normal", "mask"}).description(""));
+        ->check(one_of({"depth", "normal", "mask"}));
     command
         ->add_option("--by", options->groups,
                      "File of lines 'GROUP NAME', such as 'easy car7' or 'hard car9/000004': each "

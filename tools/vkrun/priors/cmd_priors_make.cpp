@@ -170,7 +170,7 @@ void add_map(CLI::App& priors, const MapText& text, int& exit_code) {
         ->take_all()
         ->expected(1)
         ->allow_extra_args(false)
-        ->check(CLI::IsMember(edge_operators()).description(""));
+        ->check(one_of(edge_operators()));
     command->add_flag("--from-depth", o.depth.use,
                       std::string(o.map == "normal"  ? "Normals or edges"
                                   : o.map == "edges" ? "Edges"
@@ -179,7 +179,7 @@ void add_map(CLI::App& priors, const MapText& text, int& exit_code) {
     command->add_option("--format", o.format, "png, png16 or npy")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"png", "png16", "npy"}).description(""));
+        ->check(one_of({"png", "png16", "npy"}));
     if (o.map == "normal") {
         command
             ->add_option("--distances", o.depth.distances,

@@ -181,13 +181,16 @@ void add_convert(CLI::App& app, int& exit_code) {
         ->required()
         ->type_name("");
     command->add_option("--frame", options->frame, "Axes of OUT; default: those in the table below")
-        ->type_name("FRAME");
+        ->type_name("FRAME")
+        ->check(any_like(frame_names()));
     command
         ->add_option("--in-frame", options->in_frame,
                      "Axes of IN; default: those in the table below")
-        ->type_name("FRAME");
+        ->type_name("FRAME")
+        ->check(any_like(frame_names()));
     command->add_option("--edit-frame", options->edit_frame, "Axes of the numbers of edits")
         ->type_name("FRAME")
+        ->check(any_like(frame_names()))
         ->capture_default_str();
     command
         ->add_option("--spz-version", options->spz_version,

@@ -160,11 +160,11 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
     command.add_option("--format", options.format, "png or npy")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"png", "npy"}).description(""));
+        ->check(one_of({"png", "npy"}));
     command.add_option("--convention", options.convention, "3dgs or gsplat")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(CLI::IsMember({"3dgs", "gsplat"}).description(""));
+        ->check(one_of({"3dgs", "gsplat"}));
     add_drawn_as_option(command, options.drawn_as);
     command.add_flag("--antialiased", options.antialiased,
                      "Compensate opacities for the dilation, whatever the file says");
@@ -179,7 +179,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         ->default_str("rgb")
         ->delimiter(',')
         ->allow_extra_args(false)
-        ->check(CLI::IsMember({"rgb", "alpha", "depth", "normal"}).description(""));
+        ->check(one_of({"rgb", "alpha", "depth", "normal"}));
     command
         .add_option_function<std::string>(
             "--animate",

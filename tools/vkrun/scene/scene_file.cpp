@@ -10,6 +10,7 @@
 #include "core/os/path.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
+#include "vkrun/cli/options.h"
 #include "vkrun/cli/table.h"
 
 namespace vkrun {
@@ -19,6 +20,8 @@ struct DrawnName {
     std::uint32_t bit;
     const char* name;
 };
+constexpr const char* kFrameNames[] = {"auto", "RDF", "RUB", "LUF", "RUF",
+                                       "LDB",  "RDB", "LUB", "LDF"};
 constexpr DrawnName kDrawnNames[] = {{SPLAT_DRAWN_ANTIALIASED, "antialiased"},
                                      {SPLAT_DRAWN_BY_DISTANCE, "by distance"},
                                      {SPLAT_DRAWN_CUT_3_SIGMA, "3 sigma"},
@@ -131,9 +134,11 @@ void warn_ignored(const SceneFile& file, const std::string& path) {
 }
 
 const char* frame_name(splat_frame frame) {
-    constexpr const char* kNames[] = {"auto", "RDF", "RUB", "LUF", "RUF",
-                                      "LDB",  "RDB", "LUB", "LDF"};
-    return kNames[frame];
+    return kFrameNames[frame];
+}
+
+std::vector<std::string> frame_names() {
+    return {std::begin(kFrameNames), std::end(kFrameNames)};
 }
 
 std::vector<std::string> drawn_names(std::uint32_t bits) {
@@ -161,7 +166,7 @@ void add_drawn_as_option(CLI::App& command, std::vector<std::string>& words) {
         ->default_str("file")
         ->delimiter(',')
         ->allow_extra_args(false)
-        ->check(CLI::IsMember(known).description(""));
+        ->check(one_of(known));
 }
 
 std::uint32_t drawn_bits(const std::vector<std::string>& words, std::uint32_t of_file) {

@@ -67,5 +67,6 @@ std::uint32_t drawn_bits(const std::vector<std::string>& words, std::uint32_t of
 /// "RUB" and so on; 0 for "auto". Throws a Failure for another word.
 splat_frame frame_of(const std::string& name);
 const char* frame_name(splat_frame frame);
+std::vector<std::string> frame_names();
 
 }  // namespace vkrun

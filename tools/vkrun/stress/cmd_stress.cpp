@@ -138,7 +138,7 @@ void add_stress(CLI::App& app, int& exit_code) {
     command
         ->add_option("GROUP", options->groups, "ops, raster, model or train; default: all of them")
         ->type_name("")
-        ->check(CLI::IsMember({"ops", "raster", "model", "train"}).description(""));
+        ->check(one_of({"ops", "raster", "model", "train"}));
     command->add_flag("--quick", options->quick, "Fewer and smaller inputs, at most 30 s");
     command
         ->add_option("--case", options->only,
@@ -163,7 +163,7 @@ void add_stress(CLI::App& app, int& exit_code) {
     command
         ->add_option("--fault", options->fault_name, "")  // for tests: falsify every result
         ->group("")
-        ->check(CLI::IsMember({"worse", "nan"}).description(""));
+        ->check(one_of({"worse", "nan"}));
     command->callback(
         [command, options, &exit_code] { exit_code = run_stress(*command, *options); });
 }

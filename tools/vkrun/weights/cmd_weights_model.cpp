@@ -300,7 +300,7 @@ void add_weights_model(CLI::App& weights, int& exit_code) {
                      "Input channels of IN after RGB: any of depth,normal,mask")
         ->type_name("LIST")
         ->delimiter(',')
-        ->check(CLI::IsMember({"depth", "normal", "mask"}).description(""));
+        ->check(one_of({"depth", "normal", "mask"}));
     command->add_option("--seed", options->seed, "Seed of what starts at random")
         ->type_name("N")
         ->capture_default_str();

@@ -1,4 +1,4 @@
-//! Declarations of libsplat's C API, as its headers have them. The crate `splat` makes them safe.
+//! Declarations of libsplat's C API, as its headers have them. The package `libsplat` makes them safe.
 //!
 //! Structs have a `Default` that is zero with `struct_size` set, which is valid in every call.
 //! Enums are integers: the library may return a number that this version does not know.

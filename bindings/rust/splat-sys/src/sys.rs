@@ -533,6 +533,15 @@ pub type splat_log_callback =
 pub type splat_progress_callback =
     Option<unsafe extern "C" fn(user: *mut c_void, done: u64, total: u64) -> i32>;
 
+/// A function of Vulkan, of any type, as PFN_vkVoidFunction.
+pub type splat_vulkan_function =
+    Option<unsafe extern "C" fn()>;
+
+/// Called to lock or unlock a queue, on the thread of a call of the library, in pairs and never nested. It must not
+/// throw and not call the library.
+pub type splat_queue_callback =
+    Option<unsafe extern "C" fn(user: *mut c_void)>;
+
 /// What a file may cost when it is read, by this process and whatever reads it: a small file can ask for all memory
 /// or for hours. Sizes are compared with these limits before memory is allocated. The limits leave out what libwebp
 /// takes besides: up to 5 bytes a pixel, and up to 1.4 GB for the tables of prefix codes.
@@ -1824,6 +1833,83 @@ pub struct splat_point_scores {
     /** harmonic mean of the two */ pub f_score: f64,
 }
 
+/// What an application's device needs.
+#[repr(C)] #[derive(Clone, Copy, Debug)]
+pub struct splat_vulkan_requirements {
+    pub struct_size: u32,
+    /** out: one that fits, without graphics if there is one */ pub queue_family: u32,
+    /** in: vkGetInstanceProcAddr */ pub get_instance_proc_addr: splat_vulkan_function,
+    /** in: VkInstance */ pub instance: *mut c_void,
+    /** in: VkPhysicalDevice of the instance */ pub physical_device: *mut c_void,
+    /// in: VkPhysicalDeviceFeatures2 that the application will pass to vkCreateDevice, with
+    /// VkPhysicalDeviceVulkan12Features or VkPhysicalDeviceTimelineSemaphoreFeatures in its pNext chain. What the
+    /// library uses becomes VK_TRUE there, the rest stays
+    pub features: *mut c_void,
+    /** out: extensions of the device to enable; valid for ever */ pub extensions: *const *const c_char,
+    /** out */ pub extension_count: u32,
+    pub reserved: u32,
+}
+
+/// A device of an application.
+#[repr(C)] #[derive(Clone, Copy, Debug)]
+pub struct splat_vulkan_desc {
+    pub struct_size: u32,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** vkGetInstanceProcAddr */ pub get_instance_proc_addr: splat_vulkan_function,
+    /** VkInstance */ pub instance: *mut c_void,
+    /** VkPhysicalDevice of the instance */ pub physical_device: *mut c_void,
+    /** VkDevice of the physical device */ pub device: *mut c_void,
+    /** VkQueue of the device */ pub queue: *mut c_void,
+    /** the queue's, with compute */ pub queue_family: u32,
+    /** VkApplicationInfo.apiVersion of the instance */ pub api_version: u32,
+    /** names of the extensions enabled on the device */ pub extensions: *const *const c_char,
+    pub extension_count: u32,
+    pub reserved: u32,
+    /// VkPhysicalDeviceFeatures2 with its chain, as passed to vkCreateDevice; read before the call returns. What is
+    /// not enabled there or in `extensions` the library does not use
+    pub features: *const c_void,
+    /// Called before and after each use of the queue (vkQueueSubmit, vkQueueWaitIdle). Both NULL: nobody else uses
+    /// the queue while a call of the library runs, or while another libsplat device has it
+    pub lock_queue: splat_queue_callback,
+    pub unlock_queue: splat_queue_callback,
+    /** passed to both */ pub user: *mut c_void,
+}
+
+/// The application's image or buffer that receives a view. Pixels are RGB over the background and alpha, as the
+/// rasterizer has them: linear with SPLAT_RASTERIZER_LINEAR_COLORS.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_vulkan_target {
+    pub struct_size: u32,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /// VkImage of W x H pixels, with VK_IMAGE_USAGE_TRANSFER_DST_BIT: its first level and layer are written. It may
+    /// be in any layout, what it held is lost, and it is left in `layout`. 0: a buffer
+    pub image: u64,
+    /// VkBuffer with VK_BUFFER_USAGE_TRANSFER_DST_BIT, for rows without gaps from `offset` on. 0: an image
+    pub buffer: u64,
+    /** bytes, a multiple of 4; 0 with an image */ pub offset: u64,
+    /** room in the buffer from `offset` on; 0 with an image */ pub bytes: u64,
+    /// VkFormat of the pixels: VK_FORMAT_R8G8B8A8_UNORM (37), rounded and clamped as in files;
+    /// VK_FORMAT_R16G16B16A16_SFLOAT (97), rounded as the device does; VK_FORMAT_R32G32B32A32_SFLOAT (109)
+    pub format: u32,
+    /** VkImageLayout that the image is left in, not 0 or 8; 0 with a buffer */ pub layout: u32,
+    /// VkSemaphore, binary or timeline, that the device waits for before it writes; 0: none. What came before on the
+    /// same queue has read the target in any case
+    pub wait_semaphore: u64,
+    /** what a timeline semaphore must reach; 0 with a binary one */ pub wait_value: u64,
+}
+
+/// A frame that was given to the device.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_vulkan_frame {
+    pub struct_size: u32,
+    /** out: 1 if the host waited until it was drawn, see splat_rasterizer_submit */ pub waited: u32,
+    /** out: VkSemaphore of type timeline, the device's until it closes */ pub semaphore: u64,
+    /** out: what the semaphore reaches when the target is written; rises by frame */ pub value: u64,
+    /** out: value of an earlier frame of this state whose target shows less than the scene; 0: none */ pub lost: u64,
+}
+
 macro_rules! zeroed {
     ($($name:ident)*; $($sized:ident)*) => {
         $(impl Default for $name {
@@ -1857,7 +1943,8 @@ zeroed! {
     splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary splat_compare_desc
     splat_comparison_info splat_metric_comparison splat_external_memory splat_fit_desc splat_prior_model_desc
     splat_prior_model_info splat_normals_desc splat_depth_scores splat_normal_scores splat_mask_scores
-    splat_fidelity_scores splat_point_scores
+    splat_fidelity_scores splat_point_scores splat_vulkan_requirements splat_vulkan_desc splat_vulkan_target
+    splat_vulkan_frame
 }
 
 extern "C" {
@@ -4049,6 +4136,74 @@ extern "C" {
         scene: splat_scene, min_opacity: f64, points: *const f32, count: u64, threshold: f64, scores: *mut
         splat_point_scores
     ) -> splat_result;
+
+    /// ```text
+    /// Say what to enable on a device. Needed are Vulkan 1.2 of the instance (apiVersion) and the device, a
+    /// queue with compute, timelineSemaphore, and VK_KHR_portability_subset where the device has it.
+    /// shaderInt64 is asked for where CPU devices have it, whose kernels are fast with it only.
+    /// needs     in/out, struct_size set
+    /// Returns SPLAT_OK, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a struct_size, a physical device of another instance, a chain
+    ///                                 without the structs above
+    ///   SPLAT_ERROR_UNSUPPORTED       the device lacks what is needed; the message lists all of it
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
+    /// ```
+    pub fn splat_device_requirements(needs: *mut splat_vulkan_requirements) -> splat_result;
+
+    /// ```text
+    /// Open a device of the library on one of the application: all calls work there, on its queue. Several may
+    /// share one VkDevice. A device that is lost is the application's to create anew. Wrong handles are refused
+    /// where Vulkan tells, and undefined elsewhere.
+    /// vulkan    what the application has
+    /// desc      as for splat_device_create, with zero in select, index, kind, uuid, and without
+    ///           SPLAT_DEVICE_VALIDATION, which the application's instance decides; may be NULL
+    /// device    out, owned by the caller
+    /// Returns SPLAT_OK, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT  a field of vulkan or desc; one callback without the other; a physical
+    ///                                 device or a family of queues that the instance does not have
+    ///   SPLAT_ERROR_UNSUPPORTED       the device was made without what is needed: the message lists all
+    ///                                 versions, features and extensions that are missing; nothing was made
+    ///   SPLAT_ERROR_INVALID_STATE     forked, see core.h
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
+    /// ```
+    pub fn splat_device_from_vulkan(
+        vulkan: *const splat_vulkan_desc, desc: *const splat_device_desc, device: *mut splat_device
+    ) -> splat_result;
+
+    /// ```text
+    /// Draw a scene into an image or buffer of the application, without waiting for the device. The application
+    /// waits on the device: a submit that waits for frame->value sees the target written, at any stage, on any
+    /// queue of the same family; a host waits by vkWaitSemaphores. A target that is not of
+    /// VK_SHARING_MODE_CONCURRENT belongs to the queue's family then; for others the application hands it over.
+    /// It must live until then, as must the semaphore waited for.
+    ///
+    /// What the host waits for:
+    ///   - the frame before on this device, if it still runs: there is one at a time, as all calls but those that
+    ///     never wait (core.h) wait for it;
+    ///   - this frame to be drawn, where it is the first one or memory, scene, or numbers have changed since the
+    ///     last: the host then learns how much memory it needs. `waited` says so;
+    ///   - the same for a scene that needs several passes, or lists of a tile in parts.
+    /// Between these, a frame that needs more than a quarter more memory than all before, as after a cut of the
+    /// camera, is lost: it shows the background, or lists up to a limit. The next call tells by `lost`, has the
+    /// memory, and waits. splat_rasterizer_forward_scene before the frame makes sure that it has.
+    /// splat_device_cancel does not end what was submitted, and splat_rasterizer_get_info describes the frame
+    /// before until another call waits. Reading outputs waits for the frame.
+    /// state       of this rasterizer; NULL: its own
+    /// background  exactly 3 floats RGB; NULL = black
+    /// target      the view, W x H pixels of the rasterizer; the library writes nowhere else
+    /// frame       out, struct_size set
+    /// Returns as splat_rasterizer_forward_scene for one camera, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT  also a field of target: both or neither of image and buffer, another
+    ///                                 format, an offset, too few bytes
+    ///   SPLAT_ERROR_INVALID_STATE     also for a device that splat_device_from_vulkan did not open
+    ///   SPLAT_ERROR_UNSUPPORTED       also a scene of more Gaussians than the device takes at a time
+    /// After an error the target is untouched and wait_semaphore is not waited for, but for
+    /// SPLAT_ERROR_DEVICE_LOST.
+    /// ```
+    pub fn splat_rasterizer_submit(
+        rasterizer: splat_rasterizer, state: splat_raster_state, scene: splat_scene, camera: *const splat_camera,
+        background: *const f32, target: *const splat_vulkan_target, frame: *mut splat_vulkan_frame
+    ) -> splat_result;
 }
 
 /// Name, whether it is frozen, and bytes of each struct of the header.
@@ -4133,6 +4288,10 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_mask_scores", false, std::mem::size_of::<splat_mask_scores>()),
     ("splat_fidelity_scores", false, std::mem::size_of::<splat_fidelity_scores>()),
     ("splat_point_scores", false, std::mem::size_of::<splat_point_scores>()),
+    ("splat_vulkan_requirements", false, std::mem::size_of::<splat_vulkan_requirements>()),
+    ("splat_vulkan_desc", false, std::mem::size_of::<splat_vulkan_desc>()),
+    ("splat_vulkan_target", false, std::mem::size_of::<splat_vulkan_target>()),
+    ("splat_vulkan_frame", false, std::mem::size_of::<splat_vulkan_frame>()),
 ];
 
 #[cfg(all(test, target_pointer_width = "64"))]
@@ -4349,6 +4508,17 @@ mod tests {
         32;);
         layout!(splat_point_scores, 72, 8, struct_size: 0, 4; reserved: 4, 4; gaussians: 8, 8; accuracy: 16, 8;
         completeness: 24, 8; chamfer: 32, 8; chamfer_squared: 40, 8; precision: 48, 8; recall: 56, 8; f_score: 64,
+        8;);
+        layout!(splat_vulkan_requirements, 56, 8, struct_size: 0, 4; queue_family: 4, 4; get_instance_proc_addr: 8, 8;
+        instance: 16, 8; physical_device: 24, 8; features: 32, 8; extensions: 40, 8; extension_count: 48, 4; reserved:
+        52, 4;);
+        layout!(splat_vulkan_desc, 112, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; get_instance_proc_addr: 16, 8;
+        instance: 24, 8; physical_device: 32, 8; device: 40, 8; queue: 48, 8; queue_family: 56, 4; api_version: 60, 4;
+        extensions: 64, 8; extension_count: 72, 4; reserved: 76, 4; features: 80, 8; lock_queue: 88, 8; unlock_queue:
+        96, 8; user: 104, 8;);
+        layout!(splat_vulkan_target, 72, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; image: 16, 8; buffer: 24, 8;
+        offset: 32, 8; bytes: 40, 8; format: 48, 4; layout: 52, 4; wait_semaphore: 56, 8; wait_value: 64, 8;);
+        layout!(splat_vulkan_frame, 32, 8, struct_size: 0, 4; waited: 4, 4; semaphore: 8, 8; value: 16, 8; lost: 24,
         8;);
     }
 }

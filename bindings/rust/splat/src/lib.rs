@@ -11,9 +11,11 @@
 //! calls the caller synchronises is only `Send`. In a forked child, objects of a device that the parent
 //! opened are refused.
 //!
-//! Features, none of which is on by default: `glam` ([`Camera`] and [`Similarity`] as its matrices),
-//! `image` (its buffers from and to [`Image`] and [`ImageView`]), `bytemuck` (`Pod` of both structs),
-//! `serde` (descriptions and infos; numbers and flags by their names), `bitflags` (its trait `Flags`).
+//! Features say where the library comes from: `system`, the default, from pkg-config, `bundled` from
+//! sources in the package. Others bring conversions: `glam` ([`Camera`] and [`Similarity`] as its matrices),
+//! `image` (its buffers from and to [`Image`] and [`ImageView`]), `ndarray` (arrays from and to these and
+//! [`Tensor`]), `bytemuck` (`Pod` of both structs), `serde` (descriptions and infos; numbers and flags by
+//! their names), `bitflags` (its trait `Flags`).
 #![warn(missing_docs)]
 #![deny(unsafe_op_in_unsafe_fn)]
 // NulError has another path in Rust 1.64 and later.

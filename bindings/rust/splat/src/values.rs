@@ -1153,7 +1153,7 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 99] = [
+pub(crate) const WORDS: [(&str, &str); 100] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
     ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"), ("SPLAT_DEVICE_VALIDATION", "DeviceFlags::VALIDATION"),
@@ -1181,10 +1181,11 @@ pub(crate) const WORDS: [(&str, &str); 99] = [
     ("SPLAT_SELECT_BY_KIND", "DeviceSelect::BY_KIND"), ("SPLAT_WEIGHTS_NPZ", "WeightsFormat::NPZ"),
     ("SPLAT_WEIGHTS_PTH", "WeightsFormat::PTH"), ("SPLAT_WEIGHTS_SAFETENSORS", "WeightsFormat::SAFETENSORS"),
     ("a_count", "a.len()"), ("b_count", "b.len()"), ("camera_count", "cameras.len()"),
-    ("conditioning_count", "conditioning.len()"), ("drawn_count", "drawn.len()"), ("image_count", "images.len()"),
-    ("input_count", "inputs.len()"), ("model_path", "model"), ("number_count", "numbers.len()"),
-    ("output_count", "outputs.len()"), ("picture_count", "pictures.len()"), ("port_count", "ports.len()"),
-    ("splat_batches", "Batches"), ("splat_comparison", "Comparison"), ("splat_dataset", "Dataset"),
+    ("conditioning_count", "conditioning.len()"), ("drawn_count", "drawn.len()"),
+    ("extension_count", "extensions.len()"), ("image_count", "images.len()"), ("input_count", "inputs.len()"),
+    ("model_path", "model"), ("number_count", "numbers.len()"), ("output_count", "outputs.len()"),
+    ("picture_count", "pictures.len()"), ("port_count", "ports.len()"), ("splat_batches", "Batches"),
+    ("splat_comparison", "Comparison"), ("splat_dataset", "Dataset"),
     ("splat_decode_set_limits", "set_decode_limits"), ("splat_device", "Device"),
     ("splat_device_cancel", "Device::cancel"), ("splat_evaluator", "Evaluator"),
     ("splat_evaluator_score", "Evaluator::score"), ("splat_fit_open", "Fit::open"),

@@ -4,6 +4,7 @@
     feature = "bytemuck",
     feature = "glam",
     feature = "image",
+    feature = "ndarray",
     feature = "serde"
 ))]
 
@@ -12,6 +13,7 @@ mod support;
 use bitflags::Flags;
 use glam::{DAffine3, DVec3};
 use image::{DynamicImage, ImageBuffer, LumaA, Rgb, Rgb32FImage, RgbImage, RgbaImage};
+use ndarray::{arr2, s, Array3, Axis};
 use serde_json::{from_str, to_string};
 use splat::prelude::*;
 
@@ -57,6 +59,37 @@ fn pictures_of_the_crate_image_are_images() {
     let same = Rgb32FImage::try_from(Image::from(floats.clone()));
     assert_eq!(same.unwrap(), floats);
     assert!(ImageView::try_from(&RgbImage::new(0, 0)).is_err());
+}
+
+#[test]
+fn arrays_of_ndarray_are_images_and_tensors() {
+    let planes =
+        Array3::from_shape_fn((3, 2, 4), |(c, y, x)| (100 * c + 10 * y + x) as f32 / 255.0);
+    let array = planes.view().permuted_axes([1, 2, 0]);
+    let own = Image::try_from(array).unwrap();
+    assert_eq!((own.height, own.width, own.channels), (2, 4, 3));
+    assert_eq!(own.pixels[own.pixels.len() - 3..], [13.0, 113.0, 213.0].map(|v| v / 255.0));
+    let packed = own.view().unwrap();
+    let saved = |view| splat::image::save_memory(view, ImageFormat::PNG).unwrap();
+    assert_eq!(saved(ImageView::try_from(array).unwrap()), saved(packed));
+    assert_eq!(Array3::try_from(own.clone()).unwrap(), array);
+    let short = Image { height: 3, ..own };
+    assert_eq!(Array3::try_from(short).unwrap_err().code(), Code::ShapeMismatch);
+    for part in [array.slice(s![.., ..;-1, ..]), array.slice(s![.., 1.., ..])] {
+        assert_eq!(ImageView::try_from(part).unwrap_err().code(), Code::InvalidArgument);
+    }
+    let matrix = arr2(&[[1, 2, 3], [4, 5, 6]]);
+    let turned = Tensor::from_array(support::device(), &matrix.t()).unwrap();
+    assert_eq!(
+        (turned.dims(), turned.to_vec::<i32>().unwrap()),
+        (&[3, 2][..], vec![1, 4, 2, 5, 3, 6])
+    );
+    assert_eq!(turned.to_array::<i32>().unwrap(), matrix.t().into_dyn());
+    let empty = matrix.slice_axis(Axis(0), (0..0).into());
+    assert_eq!(
+        Tensor::from_array(support::device(), &empty).unwrap_err().code(),
+        Code::InvalidArgument
+    );
 }
 
 #[test]

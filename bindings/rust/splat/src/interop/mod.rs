@@ -123,3 +123,89 @@ mod with_image {
         }
     }
 }
+
+#[cfg(feature = "ndarray")]
+mod with_ndarray {
+    use crate::device::Device;
+    use crate::error::{Error, Result};
+    use crate::image::{Image, ImageView, Sample};
+    use crate::tensor::{Element, Tensor};
+    use crate::values::Code;
+    use ndarray::{Array3, ArrayD, ArrayView, ArrayView3, Dimension};
+
+    fn wrong(error: impl std::fmt::Display) -> Error {
+        Error::new(Code::ShapeMismatch, format!("array: {error}"))
+    }
+
+    fn side(size: usize) -> Result<u32> {
+        u32::try_from(size)
+            .map_err(|_| wrong(format!("{size} pixels or channels, expected less than 2^32")))
+    }
+
+    /// `array[[row, column, channel]]`; `ShapeMismatch` if the image has not the samples of all pixels.
+    impl<T: Sample> TryFrom<Image<T>> for Array3<T> {
+        type Error = Error;
+
+        fn try_from(own: Image<T>) -> Result<Self> {
+            let shape = [own.height, own.width, own.channels].map(|size| size as usize);
+            Array3::from_shape_vec(shape, own.pixels).map_err(wrong)
+        }
+    }
+
+    /// `array[[row, column, channel]]`, in any layout.
+    impl<T: Sample> TryFrom<ArrayView3<'_, T>> for Image<T> {
+        type Error = Error;
+
+        fn try_from(array: ArrayView3<'_, T>) -> Result<Self> {
+            let (height, width, channels) = array.dim();
+            let (height, width, channels) = (side(height)?, side(width)?, side(channels)?);
+            Ok(Image { pixels: array.iter().copied().collect(), width, height, channels })
+        }
+    }
+
+    /// `array[[row, column, channel]]`, also of permuted axes; `InvalidArgument` for reversed axes and for a part of
+    /// an array.
+    impl<'a, T: Sample> TryFrom<ArrayView3<'a, T>> for ImageView<'a> {
+        type Error = Error;
+
+        fn try_from(array: ArrayView3<'a, T>) -> Result<Self> {
+            let (height, width, channels) = array.dim();
+            let place = || {
+                let mut strides = [0; 3];
+                for (to, &stride) in strides.iter_mut().zip(array.strides()) {
+                    *to = u64::try_from(stride).ok()? * std::mem::size_of::<T>() as u64;
+                }
+                Some((array.to_slice_memory_order()?, strides))
+            };
+            let (pixels, [row, pixel, channel]) = place().ok_or_else(|| {
+                Error::argument(
+                    "array: a part of one, or with reversed axes: copy it by to_owned()",
+                )
+            })?;
+            let view = ImageView::new(pixels, [side(width)?, side(height)?], side(channels)?)?;
+            Ok(view.strides(row, pixel, channel))
+        }
+    }
+
+    impl Tensor {
+        /// Create a tensor with the dimensions and values of an array, in any layout: `&array.view()`.
+        /// # Errors
+        /// As [`Tensor::from_host`].
+        pub fn from_array<T: Element, D: Dimension>(
+            device: &Device,
+            array: &ArrayView<'_, T, D>,
+        ) -> Result<Tensor> {
+            let dims: Vec<i64> = array.shape().iter().map(|&size| size as i64).collect();
+            let packed = array.as_standard_layout();
+            Tensor::from_slice(device, &dims, packed.as_slice().unwrap_or_default())
+        }
+
+        /// Copy the values to an array of the same dimensions.
+        /// # Errors
+        /// As [`Tensor::to_vec`].
+        pub fn to_array<T: Element>(&self) -> Result<ArrayD<T>> {
+            let shape: Vec<usize> = self.dims().iter().map(|&size| size as usize).collect();
+            ArrayD::from_shape_vec(shape, self.to_vec()?).map_err(wrong)
+        }
+    }
+}

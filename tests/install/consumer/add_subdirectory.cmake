@@ -1,0 +1,4 @@
+include(unchanged.cmake)
+remember()
+add_subdirectory(${SPLAT} splat)
+expect_unchanged()

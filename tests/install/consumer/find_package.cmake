@@ -1,0 +1,1 @@
+find_package(Splat 0.1 REQUIRED)
