@@ -27,11 +27,6 @@ LICENCES = {"libgif7": "MIT", "libjpeg62-turbo": "IJG AND BSD-3-Clause AND Zlib"
 LIBRARY = re.compile(r"(^|/)(lib(?!splat)[^/]*\.so[^/]*|(?!lib)(?!splat)[^/]*\.dll)$", re.IGNORECASE)
 
 
-def licence_file(project: str) -> Path:
-    """The licence of a project that is bundled for Windows."""
-    return Path("/usr/share/doc") / WINDOWS[project] / "copyright"
-
-
 def debian_version(package: str) -> str:
     """The version of a package of this system."""
     command = ["dpkg-query", "-W", "-f", "${Version}", package]

@@ -166,7 +166,7 @@ def static_licences(library: Path) -> Dict[str, bytes]:
     if linked is None:
         raise WheelError(f"what {library} has inside is unknown: {rules}, which made it, does not say so")
     found = dict(licence(name, DOCUMENTS / name / "copyright") for name in COMPILER)
-    for path in map(Path, re.findall(r"(?<= )/\S+\.a\b", linked.group(1))):
+    for path in map(Path, re.findall(r"(?<!\S)/\S+\.a\b", linked.group(1))):
         if path.name not in STATIC:
             raise WheelError(f"{library} has {path} inside, whose licence is unknown: add its source package to STATIC")
         source = path.parents[2] / "source" / STATIC[path.name]  # tools/windows/libraries puts it there

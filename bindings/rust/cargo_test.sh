@@ -8,19 +8,8 @@ cargo=$1
 export CARGO_TARGET_DIR="$2"
 command=$3
 shift 3
-case $cargo in
-*NOTFOUND)
-    echo "no cargo: install the packages rustc and cargo"
-    exit 77
-    ;;
-esac
-# The compiler beside this cargo, not one of another version.
-PATH=$(dirname "$cargo"):$PATH
-export PATH
-if ! "$cargo" "$command" --help >/dev/null 2>&1; then
-    echo "no cargo $command beside $cargo"
-    exit 77
-fi
-sh "$(dirname "$0")/workspace.sh" "$CARGO_TARGET_DIR/crates"
+. "$(dirname "$0")/cargo.sh"
+"$cargo" "$command" --help >/dev/null 2>&1 || skip "no cargo $command beside $cargo"
+sh "$rust/workspace.sh" "$CARGO_TARGET_DIR/crates"
 cd "$CARGO_TARGET_DIR/crates"
 "$cargo" "$command" --offline "$@"

@@ -6,18 +6,7 @@
 set -eu
 cargo=$1
 export CARGO_TARGET_DIR="$2" CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=0 CARGO_NET_RETRY=0
-rust=$(cd "$(dirname "$0")" && pwd)
-
-skip() {
-    echo "$1"
-    exit 77
-}
-
-case $cargo in
-*NOTFOUND) skip "no cargo: install the packages rustc and cargo" ;;
-esac
-PATH=$(dirname "$cargo"):$PATH
-export PATH
+. "$(dirname "$0")/cargo.sh"
 case $("$cargo" --version) in
 "cargo 1."[0-8]?.*) skip "the newest crates need a newer cargo than $("$cargo" --version)" ;;
 esac

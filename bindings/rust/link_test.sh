@@ -2,27 +2,13 @@
 # Link crates that depend on `splat`, as their users would: with SPLAT_LIB_DIR and by pkg-config, with and
 # without a build script of their own, and where it must be refused.
 #
-#   link_test.sh <source folder> <folder of libsplat.so> <cargo or NOTFOUND>
+#   link_test.sh <folder of libsplat.so> <cargo or NOTFOUND>
 #
 # Exits with 77 where cargo is missing.
 set -eu
-rust=$1/bindings/rust
-library=$(readlink -f "$2/libsplat.so")
-cargo=$3
-
-case $cargo in
-*NOTFOUND)
-    echo "no cargo: install the packages rustc and cargo"
-    exit 77
-    ;;
-esac
-PATH=$(dirname "$cargo"):$PATH
-export PATH
-
-die() {
-    echo "link_test: $*" >&2
-    exit 1
-}
+library=$(readlink -f "$1/libsplat.so")
+cargo=$2
+. "$(dirname "$0")/cargo.sh"
 
 temp=$(mktemp -d)
 trap 'rm -rf "$temp"' EXIT

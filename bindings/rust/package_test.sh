@@ -7,25 +7,11 @@
 # bundled: builds the library that the package has inside, which takes minutes; else CMake's part of that is tried.
 # Exits with 77 where cargo is missing.
 set -eu
-rust=$(cd "$(dirname "$0")" && pwd)
 lib=$1
 cmake=$2
 cargo=$3
 bundled=${4-}
-
-case $cargo in
-*NOTFOUND)
-    echo "no cargo: install the packages rustc and cargo"
-    exit 77
-    ;;
-esac
-PATH=$(dirname "$cargo"):$PATH
-export PATH
-
-die() {
-    echo "package_test: $*" >&2
-    exit 1
-}
+. "$(dirname "$0")/cargo.sh"
 
 temp=$(mktemp -d)
 trap 'rm -rf "$temp"' EXIT

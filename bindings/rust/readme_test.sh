@@ -2,29 +2,14 @@
 # Build and run the program of README.md in an empty folder, as a new user would: against a library that was
 # installed from a build, found by pkg-config.
 #
-#   readme_test.sh <source folder> <build folder> <cmake> <cargo or NOTFOUND>
+#   readme_test.sh <build folder> <cmake> <cargo or NOTFOUND>
 #
 # Exits with 77 where cargo is missing.
 set -eu
-source_dir=$1
-build_dir=$2
-cmake=$3
-cargo=$4
-
-case $cargo in
-*NOTFOUND)
-    echo "no cargo: install the packages rustc and cargo"
-    exit 77
-    ;;
-esac
-# The compiler beside this cargo, not one of another version.
-PATH=$(dirname "$cargo"):$PATH
-export PATH
-
-die() {
-    echo "readme_test: $*" >&2
-    exit 1
-}
+build_dir=$1
+cmake=$2
+cargo=$3
+. "$(dirname "$0")/cargo.sh"
 
 temp=$(mktemp -d)
 trap 'rm -rf "$temp"' EXIT
@@ -32,7 +17,7 @@ trap 'rm -rf "$temp"' EXIT
 pc_dir=$(dirname "$(find "$temp/prefix" -name splat.pc)")
 lib_dir=$(dirname "$(find "$temp/prefix" -name libsplat.so)")
 
-sh "$source_dir/bindings/rust/workspace.sh" "$temp/crates" # no registry is asked
+sh "$rust/workspace.sh" "$temp/crates" # no registry is asked
 mkdir -p "$temp/first/src"
 cd "$temp/first"
 cat >Cargo.toml <<END
@@ -45,9 +30,9 @@ edition = "2021"
 libsplat = { path = "$temp/crates/splat" }
 END
 # shellcheck disable=SC2016  # the backquotes are those of Markdown
-sed -n '/^```rust$/,/^```$/{/^```/d;p;}' "$source_dir/bindings/rust/README.md" >src/main.rs
+sed -n '/^```rust$/,/^```$/{/^```/d;p;}' "$rust/README.md" >src/main.rs
 grep -q 'fn main' src/main.rs || die "no program between \`\`\`rust and \`\`\` in README.md"
-cp "$source_dir/docs/knot.png" photo.png
+cp "$rust/../../docs/knot.png" photo.png
 
 unset SPLAT_LIB_DIR LD_LIBRARY_PATH
 if CARGO_TARGET_DIR="$temp/target" PKG_CONFIG_PATH="$temp" PKG_CONFIG_LIBDIR="$temp" \

@@ -1,10 +1,12 @@
 #include "core/log.h"
 
 #include <atomic>
+#include <chrono>
 #include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -62,7 +64,7 @@ struct Running : NoCopy {
     explicit Running(Registration& to) : registration(to) { this_thread().inside = true; }
     ~Running() {
         this_thread().inside = false;
-        if (registration.running.fetch_sub(1) == 1) registration.running.notify_all();
+        --registration.running;
     }
     Registration& registration;
 };
@@ -97,8 +99,8 @@ void set_log_sink(LogSink function, void* user, LogLevel min_level) {
     }
     // Inside a sink the wait could be for this thread, or for one that waits for this one.
     if (registration == nullptr || this_thread().inside) return;
-    for (int running = registration->running; running != 0; running = registration->running)
-        registration->running.wait(running);
+    // Without atomic::wait: that of GCC 12's library loses wakeups on systems without futex, such as Windows.
+    while (registration->running != 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 void log(LogLevel level, std::string_view message) noexcept {

@@ -7,13 +7,13 @@ finds what it needs in the package.
 
 from __future__ import annotations
 
-import re
 import sys
 import xml.etree.ElementTree as xml
 import zipfile
 from pathlib import Path
 
 from pack import dynamic, needed
+from wheel_backend import COMPILER, STATIC
 
 LINUX = "runtimes/linux-x64/native/"
 WINDOWS = "runtimes/win-x64/native/libsplat.dll"
@@ -26,11 +26,6 @@ EXPECTED = {
     "cars64/weights.safetensors", "cars64/chairs.safetensors", "cars64/chairs.json", "cars64/config.json",
     "cars64/cars64.yaml", "cars64/README.md", "cars64/chairs.md",
     "cars64-depth-normal/weights.safetensors", "cars64-depth-normal/config.json", "cars64-depth-normal/README.md")}
-# What splat.dll has inside (tools/windows/libraries) and the runtime of its compiler.
-INSIDE = ("zlib", "libpng1.6", "libjpeg-turbo", "libwebp", "libzstd", "libyaml", "xz-utils", "giflib",
-          "gcc-mingw-w64-base", "mingw-w64-common")
-# Libraries that each Windows has.
-SYSTEM_DLL = re.compile(rb"(?i)^(kernel32|msvcrt|ntdll|user32|advapi32|shell32|ole32|ucrtbase|api-ms-win-[\w-]+)\.dll$")
 NUSPEC = "{http://schemas.microsoft.com/packaging/2013/05/nuspec.xsd}"
 TYPES = "{http://schemas.openxmlformats.org/package/2006/content-types}"
 
@@ -41,7 +36,7 @@ def problems(package: zipfile.ZipFile, name: str) -> list[str]:
     names = set(package.namelist())
     expected = set(EXPECTED)
     if WINDOWS in names:
-        expected |= {WINDOWS, *(f"licenses/win-x64/{each}.txt" for each in INSIDE)}
+        expected |= {WINDOWS, *(f"licenses/win-x64/{each}.txt" for each in {*STATIC.values(), *COMPILER})}
     if NET8 in names:
         expected |= {NET8, NET8.replace(".dll", ".xml")}
     bundled = {path for path in names - expected if path.startswith(LINUX)}
@@ -63,31 +58,6 @@ def problems(package: zipfile.ZipFile, name: str) -> list[str]:
         start = {".dll": b"MZ", ".so": b"\x7fELF"}.get(Path(path).suffix, b"")
         if not package.read(path).startswith(start):
             found.append(f"{path} is no library")
-    return found + (problems_of_dll(package.read(WINDOWS)) if WINDOWS in names else [])
-
-
-def problems_of_dll(data: bytes) -> list[str]:
-    """Sentences on libraries that a DLL imports and not each Windows has. Names stand in its table of imports."""
-    def number(at: int, size: int = 4) -> int:
-        return int.from_bytes(data[at:at + size], "little")
-
-    # The layout is that of Microsoft's description of the PE format, for 64 bits.
-    head = number(0x3C)
-    sections = [head + 24 + number(head + 20, 2) + 40 * i for i in range(number(head + 6, 2))]
-
-    def offset(address: int) -> int:
-        for at in sections:
-            if number(at + 12) <= address < number(at + 12) + number(at + 16):
-                return address - number(at + 12) + number(at + 20)
-        raise ValueError(f"no section of libsplat.dll has the address {address:#x}")
-
-    found, at = [], offset(number(head + 24 + 120))
-    while number(at + 12):
-        start = offset(number(at + 12))
-        name = data[start:data.index(b"\0", start)]
-        if not SYSTEM_DLL.match(name):
-            found.append(f"libsplat.dll needs {name.decode()}, which is not in the package")
-        at += 20
     return found
 
 

@@ -2,7 +2,7 @@
 """Make the NuGet package of the C# binding: a zip with the assemblies, the libraries for Linux and Windows, what these
 need, and the weights.
 
-    pack.py --library libsplat.so --weights FOLDER [--windows splat.dll [--windows-sources FOLDER]] \\
+    pack.py --library libsplat.so --weights FOLDER [--windows splat.dll] \\
         (--assembly Splat.dll [--net8 Splat.dll] --output FOLDER | --files FOLDER)
 
 The assemblies are best those of `dotnet build`; one of mcs runs with mono only, which is said. With --files all
@@ -25,7 +25,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent.parent
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
-from wheel_backend import SYSTEM, WheelError, licences, needed  # noqa: E402
+from wheel_backend import (  # noqa: E402
+    SYSTEM, WheelError, licences, needed, refuse_other_dlls, static_licences)
 
 # The same bytes for the same files.
 DATE = (1980, 1, 1, 0, 0, 0)
@@ -101,7 +102,9 @@ def native(arguments: argparse.Namespace) -> dict[str, bytes]:
     if arguments.windows:
         # Splat.dll is the assembly, and Windows ignores case.
         files["runtimes/win-x64/native/libsplat.dll"] = Path(arguments.windows).read_bytes()
-        files.update(windows_licences(Path(arguments.windows_sources)))
+        refuse_other_dlls(Path(arguments.windows))
+        texts = static_licences(Path(arguments.windows))
+        files.update((f"licenses/win-x64/{name}", text) for name, text in texts.items())
     # A library in the folder of the package finds them two folders above it, in share.
     weights = Path(arguments.weights)
     paths = sorted(weights.glob("*/*"))
@@ -110,20 +113,6 @@ def native(arguments: argparse.Namespace) -> dict[str, bytes]:
                         "a build")
     files.update((f"runtimes/share/libsplat/weights/{path.relative_to(weights)}", path.read_bytes()) for path in paths)
     return files
-
-
-def windows_licences(sources: Path) -> dict[str, bytes]:
-    """The licences of what splat.dll has inside: the libraries and the runtime of the compiler."""
-    texts = {path.parent.parent.name: path for path in sorted(sources.glob("source/*/debian/copyright"))}
-    if not texts:
-        raise PackError(f"{sources} has no source/*/debian/copyright, which are the licences of what splat.dll has "
-                        "inside; name the folder of tools/windows/libraries with --windows-sources")
-    for package in ("gcc-mingw-w64-base", "mingw-w64-common"):
-        texts[package] = Path("/usr/share/doc") / package / "copyright"
-        if not texts[package].is_file():
-            raise PackError(f"there is no {texts[package]}, the licence of the compiler's runtime in splat.dll: "
-                            f"apt-get install {package}")
-    return {f"licenses/win-x64/{name}.txt": path.read_bytes() for name, path in texts.items()}
 
 
 def contents(arguments: argparse.Namespace) -> dict[str, bytes]:
@@ -156,9 +145,7 @@ def main() -> int:
     parser.add_argument("--assembly", help="Splat.dll for netstandard2.0; Splat.xml beside it is taken too")
     parser.add_argument("--net8", help="Splat.dll for net8.0, alike")
     parser.add_argument("--library", required=True, help="libsplat.so")
-    parser.add_argument("--windows", help="splat.dll")
-    parser.add_argument("--windows-sources", default=ROOT / "build" / "windows-libraries",
-                        help="the folder of tools/windows/libraries; default: build/windows-libraries")
+    parser.add_argument("--windows", help="splat.dll in the build tree that made it")
     parser.add_argument("--weights", required=True, help="folder of the folders of built-in weights")
     parser.add_argument("--output", help="folder for the package; needs --assembly")
     parser.add_argument("--files", help="instead: folder for what dotnet pack takes")

@@ -217,28 +217,32 @@ windows_package() {
         echo "the part for Windows is left out: there is no x86_64-w64-mingw32-gcc"
         return
     fi
-    mkdir "$temp/windows"
+    built=$temp/windows/src # a build tree, which says what it links
+    mkdir -p "$built"
     echo "int other(void) { return 1; }" >"$temp/other.c"
     echo "int other(void); int splat_version(void) { return other(); }" >"$temp/splat.c"
     x86_64-w64-mingw32-gcc -shared -o "$temp/other.dll" "$temp/other.c"
-    x86_64-w64-mingw32-gcc -shared -o "$temp/splat.dll" "$temp/splat.c" "$temp/other.c"
-    if pack "$temp/small/libsplat.so" --windows "$temp/splat.dll" --windows-sources "$temp" "$@" "$temp/windows" \
-        2>"$temp/message"
-    then die "a splat.dll without licences was packed"; fi
-    grep -q "name the folder of tools/windows/libraries" "$temp/message" || die "$(cat "$temp/message")"
-    for name in $(sed -n 's/^unpack //p' "$here/../../tools/windows/libraries"); do
-        mkdir -p "$temp/sources/source/$name/debian"
-        echo "licence of $name" >"$temp/sources/source/$name/debian/copyright"
+    x86_64-w64-mingw32-gcc -shared -o "$built/splat.dll" "$temp/splat.c" "$temp/other.c"
+    not_packed() {
+        if pack "$temp/small/libsplat.so" --windows "$built/splat.dll" "$@" "$temp/windows" 2>"$temp/message"
+        then die "packed: a splat.dll $what"; fi
+        grep -q "$sentence" "$temp/message" || die "$(cat "$temp/message")"
+    }
+    what="of which nothing is known" sentence="what .* has inside is unknown" not_packed "$@"
+    printf "build src/splat.dll : link\n  LINK_LIBRARIES =" >"$temp/windows/build.ninja"
+    for name in gif jpeg png webp yaml z zstd; do
+        printf " %s" "$temp/libraries/prefix/lib/lib$name.a" >>"$temp/windows/build.ninja"
     done
-    set -- --windows-sources "$temp/sources" "$@" "$temp/windows"
-    pack "$temp/small/libsplat.so" --windows "$temp/splat.dll" "$@" 2>/dev/null
+    what="without licences" sentence="the licence of giflib is unknown" not_packed "$@"
+    for name in giflib libjpeg-turbo libpng1.6 libwebp libyaml zlib libzstd; do
+        mkdir -p "$temp/libraries/source/$name/debian"
+        echo "licence of $name" >"$temp/libraries/source/$name/debian/copyright"
+    done
+    pack "$temp/small/libsplat.so" --windows "$built/splat.dll" "$@" "$temp/windows" 2>/dev/null
     "$python" "$here/package/check.py" "$temp"/windows/*.nupkg "$temp/windows/content" >"$temp/message"
     grep -q "^runtimes/win-x64/native/libsplat.dll$" "$temp/message" || die "$(cat "$temp/message")"
-    x86_64-w64-mingw32-gcc -shared -o "$temp/splat.dll" "$temp/splat.c" "$temp/other.dll"
-    pack "$temp/small/libsplat.so" --windows "$temp/splat.dll" "$@" 2>/dev/null
-    if "$python" "$here/package/check.py" "$temp"/windows/*.nupkg "$temp/windows/content" >/dev/null 2>"$temp/message"
-    then die "a splat.dll that needs another library is passed"; fi
-    grep -q "libsplat.dll needs other.dll" "$temp/message" || die "$(cat "$temp/message")"
+    x86_64-w64-mingw32-gcc -shared -o "$built/splat.dll" "$temp/splat.c" "$temp/other.dll"
+    what="that needs another library" sentence="needs other.dll" not_packed "$@"
 }
 
 command=$1
