@@ -1,6 +1,6 @@
 # Install rules: headers, library, pkg-config file, CMake package, and vkrun with vkrun-bench where they are built.
 # Included by the root CMakeLists.txt after all targets exist. Components, for packages: Splat_Runtime (the library,
-# weights, presets, licences), Splat_Development, Splat_Tools.
+# weights, presets, licences), Splat_Development, Splat_Tools; and Splat_Mpi, which is installed by its name alone.
 
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
@@ -58,6 +58,14 @@ if(TARGET vkrun)
   file(RELATIVE_PATH SPLAT_LIB_FROM_BIN /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
   set_target_properties(vkrun vkrun-bench PROPERTIES INSTALL_RPATH "\$ORIGIN/${SPLAT_LIB_FROM_BIN}")
   install(TARGETS vkrun vkrun-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT Splat_Tools)
+  # Packages have the source of the plugin for MPI; what is built fits the MPI of this machine only.
+  set(source ${PROJECT_SOURCE_DIR}/tools/vkrun/ranks/mpi_plugin)
+  install(FILES ${source}.c ${source}.h DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/mpi COMPONENT Splat_Tools)
+  foreach(plugin IN ITEMS vkrun-mpi-openmpi vkrun-mpi-mpich)
+    if(TARGET ${plugin})
+      install(TARGETS ${plugin} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/vkrun COMPONENT Splat_Mpi EXCLUDE_FROM_ALL)
+    endif()
+  endforeach()
   if(TARGET vkrun_pages)
     set(pages ${PROJECT_BINARY_DIR}/tools/vkrun)
     install(DIRECTORY ${pages}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT Splat_Tools)

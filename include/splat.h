@@ -9,6 +9,7 @@
  *   splat/priors.h  depth maps, normals and masks: made of pictures, judged
  *   splat/data.h    data sets and their files
  *   splat/run.h     a task with its folder, one piece of work per call
+ *   splat/group.h   processes or threads that train together
  *   splat/train.h   configurations, training
  *   splat/fit.h     Gaussians fitted to posed photographs
  *   splat/co3d.h    the raw release of CO3D to a data set
@@ -25,6 +26,7 @@
 #include "splat/evaluate.h"
 #include "splat/external.h"
 #include "splat/fit.h"
+#include "splat/group.h"
 #include "splat/model.h"
 #include "splat/predict.h"
 #include "splat/priors.h"

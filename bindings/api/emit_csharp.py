@@ -211,8 +211,8 @@ class _Writer:
 
     def _callback(self, callback: Json) -> str:
         parameters = ", ".join(self._parameter(p) for p in callback["parameters"])
-        result = _SCALARS[callback["returns"] if isinstance(callback["returns"], str)
-                          else callback["returns"]["base"]]
+        result = (_SCALARS[callback["returns"]] if isinstance(callback["returns"], str)
+                  else self._type(callback["returns"], callback.get("returns_enum")))
         return (f"\n{_summary(callback.get('doc', ''), '    ')}"
                 "    [UnmanagedFunctionPointer(CallingConvention.Cdecl)]\n"
                 f"    public unsafe delegate {result} {callback['name']}({parameters});\n")

@@ -69,6 +69,10 @@ AROUND_EXAMPLES = """
 #include <splat.h>
 #include <stdio.h>
 extern splat_device device;
+extern void* user;
+extern splat_group_send_receive send_receive;
+extern splat_group_broadcast broadcast;
+extern splat_group_barrier barrier;
 extern splat_scene scene;
 extern splat_camera camera;
 extern splat_rasterizer rasterizer;
@@ -81,7 +85,7 @@ extern splat_trainer_info info;
 extern splat_batches batches;
 extern splat_run run;
 extern splat_optimizer optimizer;
-extern uint32_t count;
+extern uint32_t count, rank;
 extern uint64_t seed;
 extern splat_image picture, mask, predicted, truth;
 extern const char *config, *text;

@@ -177,9 +177,9 @@ typedef struct splat_dataset_import_desc {
  *                                     with the same import begun in another number of shards
  *   SPLAT_ERROR_INVALID_STATE         another process imports into the folder, or the same shard
  *   SPLAT_ERROR_NOT_FOUND             no such folder, table or split; no DuckDB, with how to get it
- *   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows, or
- *                                     objects (some 120,000) of more than 16 MiB in store.json;
- *                                     row groups that do not fit in that memory
+ *   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows;
+ *                                     many objects (some 120,000), one with a name of more than 512
+ *                                     bytes; row groups that do not fit in that memory
  *   SPLAT_ERROR_FORMAT                with table, column, row and file: missing columns, rows that
  *                                     one table lacks, ids that occur twice, values of wrong length,
  *                                     damaged files

@@ -9,6 +9,7 @@
 #define SPLAT_TRAIN_H
 
 #include "data.h"
+#include "group.h"
 #include "model.h"
 #include "run.h"
 
@@ -410,7 +411,8 @@ SPLAT_API splat_result splat_batches_destroy(splat_batches batches);
  * Numbers of its events: of a step "psnr" (dB, of the step's targets; infinite if drawn exactly),
  * "pixel_loss", "rate", "pairs", "network_ms", "render_ms", "update_ms", "ssim", "edge" and "lpips"
  * where they are part of the loss, "visible", "culled", "non_finite", "gradients_zero"; as in
- * splat_trainer_info. Of an object, and as means over the objects: "val_psnr" and "val_ssim" of novel
+ * splat_trainer_info; with a group also "exchange_bytes", sent by this rank, and "exchange_ms", with the wait for other
+ * ranks. Of an object, and as means over the objects: "val_psnr" and "val_ssim" of novel
  * views, NaN without one, "val_psnr_conditioning" and "val_ssim_conditioning" of the input views; of
  * a validation also "val_objects", "val_views" (novel ones) and "val_views_asked". */
 
@@ -437,6 +439,11 @@ typedef struct splat_training_desc {
     const char* init;    /* file of weights to start from; NULL: opt.pretrained_ckpt, else random */
     uint32_t init_flags; /* SPLAT_LOAD_ bits; 0 without `init` */
     uint32_t reserved;
+    /* ranks that train together, each with a device of its own (splat_device_create): all open the run with equal data,
+     * configuration and `init`, and call splat_run_next until its end; the folder is rank 0's alone. opt.batch_size
+     * counts the objects of all, a multiple of ranks times opt.micro_batch. An error on one is one on all,
+     * "rank 2: ...". NULL: one rank */
+    const splat_group* group;
 } splat_training_desc;
 
 /* Open a run, which splat_run_destroy closes: check the configuration, the data (views of every

@@ -8,7 +8,6 @@
 
 #include "api/api_guard.h"
 #include "api/core/device_object.h"
-#include "api/on_device.h"
 #include "api/priors/prior_model_object.h"
 #include "data/dataset.h"
 #include "eval/compare_scores.h"
@@ -220,7 +219,8 @@ struct BatchesObject {
 struct RunObject : OfDevice {
     using OfDevice::OfDevice;
     Interrupt interrupt;
-    std::unique_ptr<run::Work> run;           ///< destroyed before `interrupt`
+    std::unique_ptr<run::Group> group;        ///< null: no other ranks
+    std::unique_ptr<run::Work> run;           ///< destroyed before `interrupt` and `group`
     std::shared_ptr<train::Trainer> trainer;  ///< trainer of a training
     fit::FitTask* fit = nullptr;              ///< task of a fit, which `run` owns
     run::Event event;                         ///< event of the latest call

@@ -14,7 +14,7 @@
     X(splat_evaluated_views) X(splat_evaluation_summary) X(splat_evaluator_desc) \
     X(splat_evaluator_info) X(splat_external_memory) \
     X(splat_fidelity_scores) X(splat_fit_desc) X(splat_gaussians_desc) \
-    X(splat_gradients_desc) X(splat_image) X(splat_image_info) X(splat_image_scores) \
+    X(splat_gradients_desc) X(splat_group) X(splat_image) X(splat_image_info) X(splat_image_scores) \
     X(splat_ledger) X(splat_lpips_desc) X(splat_mask_scores) X(splat_memory_info) \
     X(splat_metric_comparison) X(splat_model_desc) X(splat_model_gradients) X(splat_model_info) \
     X(splat_model_input) X(splat_module_desc) X(splat_named_array) X(splat_normal_scores) \
@@ -58,5 +58,8 @@ inline constexpr std::size_t kFirstVersionBytes<splat_device_info> = offsetof(sp
 template <>
 inline constexpr std::size_t kFirstVersionBytes<splat_scene_info> = offsetof(splat_scene_info,
                                                                              bytes);
+template <>
+inline constexpr std::size_t kFirstVersionBytes<splat_training_desc> = offsetof(splat_training_desc,
+                                                                                group);
 
 }  // namespace splat::api

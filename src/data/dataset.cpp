@@ -169,7 +169,7 @@ Dataset::Dataset(const DatasetDesc& desc, std::unique_ptr<DatasetReader> reader)
       resolution_(desc.resolution != 0 ? desc.resolution : reader_->index().resolution),
       background_(desc.background),
       cache_(desc.cache_bytes != 0 ? desc.cache_bytes : kDefaultCache),
-      cameras_(reader_->index().names.size()) {}
+      cameras_(reader_->index().names.size() <= kMostListed ? reader_->index().names.size() : 0) {}
 
 Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
     SPLAT_TRY(check_split(desc.split));
@@ -191,19 +191,23 @@ Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
 }
 
 Result<Dataset::Views> Dataset::cameras(std::uint32_t object) {
-    {
+    const bool kept = !cameras_.empty();
+    if (kept) {
         const std::lock_guard lock(mutex_);
         if (cameras_[object] != nullptr) return cameras_[object];
     }
     SPLAT_ASSIGN(std::vector<StoredView> found, reader_->cameras(object));
     auto views = std::make_shared<const std::vector<StoredView>>(std::move(found));
+    if (!kept) return Views(views);
     const std::lock_guard lock(mutex_);
     cameras_[object] = views;
     return Views(views);
 }
 
 Status Dataset::read_cameras() {
-    for (std::uint32_t object = 0; object < cameras_.size(); ++object)
+    const auto objects = static_cast<std::uint32_t>(index().names.size());
+    const std::uint32_t stride = check_stride(objects);
+    for (std::uint32_t object = 0; object < objects; object += stride)
         SPLAT_TRY(cameras(object).status());
     return {};
 }

@@ -8,6 +8,13 @@
 
 namespace splat::data {
 
+/// Most objects of a set of which lists are made: all cameras, the order of a pass of a training.
+inline constexpr std::uint32_t kMostListed = 65'536;
+/// Checks before a run look at each object of a larger set whose number is a multiple of this, at some 4,096 of them.
+inline std::uint32_t check_stride(std::uint32_t objects) {
+    return objects <= kMostListed ? 1 : objects / 4096;
+}
+
 struct DatasetDesc : ReaderDesc {
     std::string format;                 ///< a name of kFormats; empty: detected from the folder
     std::uint32_t maps = 0;             ///< flags of the maps that every object must have
@@ -49,7 +56,8 @@ class Dataset {
     /// Determinism   the same bits with any contents of the cache
     Status read(std::uint32_t object, std::span<const std::uint32_t> views, const ViewArrays& out);
 
-    /// Read the cameras of every object, which stay in memory. Errors: those of DatasetReader::cameras.
+    /// Read the cameras of every object, which stay in memory; of more than kMostListed objects, those that checks look
+    /// at, and none stay. Errors: those of DatasetReader::cameras.
     Status read_cameras();
     /// 8-bit samples [R,R,channels] of an image, over the background. Errors: as read().
     Result<ImageCache::Pixels> pixels(std::uint32_t object, std::uint32_t view, MapKind kind);
@@ -68,8 +76,9 @@ class Dataset {
     std::uint32_t resolution_;
     std::array<float, 3> background_;
     ImageCache cache_;
-    ForkMutex mutex_;             ///< guards cameras_
-    std::vector<Views> cameras_;  ///< views of each object read so far
+    ForkMutex mutex_;  ///< guards cameras_
+    std::vector<Views>
+        cameras_;  ///< views of each object read so far, unless there are more than kMostListed
 };
 
 /// JSON, as splat_dataset_report().

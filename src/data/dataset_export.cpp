@@ -113,11 +113,13 @@ Result<std::string> ExportRows::source(const std::string& out) {
         const std::string stamp = stamp_of(file.substr(os::name_start(file)), os::path_of(file));
         files = io::crc32_of(io::as_bytes(stamp), files);
     }
-    std::string last;  // a store is the folder of all its objects
+    std::string last;
     for (const std::uint32_t object : objects_) {
-        if (index.folders[object] == last) continue;
+        const bool shared = index.folders.size() == 1;  // a store's
+        const std::string& own = index.folders[shared ? 0 : object];
+        if (own == last) continue;
         SPLAT_TRY(advance(0));
-        last = index.folders[object];
+        last = own;
         SPLAT_ASSIGN(const std::string stamps, stamps_below(os::path_of(last), os::path_of(out)));
         files = io::crc32_of(io::as_bytes(stamps), files);
     }

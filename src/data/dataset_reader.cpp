@@ -20,6 +20,13 @@ std::string only_in(const std::vector<std::string>& a, const std::vector<std::st
     return rest.empty() ? "0" : format("%zu (first '%s')", rest.size(), rest.front().c_str());
 }
 
+/// Errors: kFormat for fewer views than one as input and one as target.
+Status check_views(const std::string& folder, std::size_t views) {
+    if (views >= 2) return {};
+    return damaged("'%s': %zu views, expected 2 or more: one as input and one to compare with",
+                   folder.c_str(), views);
+}
+
 }  // namespace
 
 const char* map_name(MapKind kind) {
@@ -50,12 +57,9 @@ Result<std::vector<std::string>> DatasetIndex::add(const std::string& name,
     std::vector<std::string> both;
     std::set_intersection(views.cameras.begin(), views.cameras.end(), views.images.begin(),
                           views.images.end(), std::back_inserter(both));
-    Status few;
-    if (both.size() < 2)
-        few = damaged("'%s': %zu views, expected 2 or more: one as input and one to compare with",
-                      folder.c_str(), both.size());
     std::vector<std::string> found;
-    for (const Status& status : {check_same(folder, "rgb", views.cameras, views.images), few}) {
+    for (const Status& status : {check_same(folder, "rgb", views.cameras, views.images),
+                                 check_views(folder, both.size())}) {
         if (!status.ok() && !lenient) return status;
         if (!status.ok()) found.push_back(status.message());
     }
@@ -64,6 +68,17 @@ Result<std::vector<std::string>> DatasetIndex::add(const std::string& name,
     views_of.push_back(static_cast<std::uint32_t>(both.size()));
     problems.push_back(std::move(found));
     return both;
+}
+
+Status DatasetIndex::add_stored(std::string name, std::uint32_t views, const std::string& folder,
+                                bool lenient) {
+    const Status status = views >= 2 ? Status() : check_views(folder + " " + name, views);
+    if (!status.ok() && !lenient) return status;
+    names.push_back(std::move(name));
+    views_of.push_back(views);
+    if (lenient) problems.emplace_back();
+    if (!status.ok()) problems.back().push_back(status.message());
+    return {};
 }
 
 Status DatasetIndex::take(const ReaderDesc& desc, const std::string& name,

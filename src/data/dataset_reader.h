@@ -62,7 +62,7 @@ struct DatasetIndex {
     std::string split;
     bool has_splits = true;            ///< false: the folder has none and serves any
     std::vector<std::string> names;    ///< names of the objects, in order
-    std::vector<std::string> folders;  ///< folders with their files
+    std::vector<std::string> folders;  ///< folders with their files; one if it is that of all
     std::vector<std::string> files;    ///< more of their files, which lie elsewhere
     std::vector<std::uint32_t> views_of;
     std::uint32_t maps = 0;  ///< flags of the maps that every object has
@@ -110,6 +110,10 @@ struct DatasetIndex {
     /// lack one of the two, and for fewer than two views; if lenient, these become problems.
     Result<std::vector<std::string>> add(const std::string& name, const std::string& folder,
                                          const ViewNames& views, bool lenient);
+
+    /// Add an object with as many views that have both. Errors: kFormat as above.
+    Status add_stored(std::string name, std::uint32_t views, const std::string& folder,
+                      bool lenient);
 
     /// Take in what may be an object, by `add`: it calls add() above, or gives false for what has no part of an object.
     /// An object that `add` cannot read or that is incomplete is an error; with desc.lenient its problem; with

@@ -37,18 +37,14 @@ class StoreReader : public DatasetReader {
             for (const Table map : store_->index().maps)
                 if (map == table_of(kind)) index_.maps |= flag_of(kind);
         std::uint64_t row = 0;
-        for (const tables::StoreObject& object : store_->index().objects) {
+        index_.folders = {folder_};
+        for (tables::StoreObject& object : store_->take_objects()) {
             if (is_full()) break;
-            ViewNames names;
-            for (std::uint32_t view = 0; view < object.views; ++view)
-                names.images.push_back(view_name(row + view));
-            names.cameras = names.images;
-            SPLAT_TRY(index_.add(object.name, folder_ + " " + object.name, names, desc_.lenient)
-                          .status());
+            SPLAT_TRY(
+                index_.add_stored(std::move(object.name), object.views, folder_, desc_.lenient));
             rows_.push_back(row);
             row += object.views;
         }
-        index_.folders.assign(rows_.size(), folder_);
         return {};
     }
 
@@ -85,7 +81,7 @@ class StoreReader : public DatasetReader {
 
     [[nodiscard]] Result<ObjectText> text(std::uint32_t object) const override {
         ObjectText text;
-        text.intrinsics = store_->index().objects[object].intrinsics;
+        SPLAT_ASSIGN(text.intrinsics, store_->intrinsics(object));
         for (std::uint32_t view = 0; view < index_.views_of[object]; ++view) {
             SPLAT_ASSIGN(std::string pose, store_->pose(rows_[object] + view));
             text.views.push_back({view_name(rows_[object] + view), std::move(pose)});

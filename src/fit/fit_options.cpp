@@ -6,13 +6,11 @@
 #include "core/json_writer.h"
 #include "core/number_in.h"
 #include "fit/schedule.h"
-#include "io/file.h"
 
 namespace splat::fit {
 namespace {
 
 constexpr double kDefaultSeconds = 60;
-constexpr std::uint64_t kMostConfigBytes = 1 << 20;
 constexpr std::uint64_t kMostSeed = std::uint64_t{1} << 53;  ///< JSON holds it exactly
 
 /// Call `visit(name, value of the options, given value)` for each option; without a given value for those that only
@@ -213,9 +211,8 @@ Result<FitOptions> options_of(const FitDesc& given) {
     return options;
 }
 
-Result<FitOptions> options_of_run(const std::string& config, const FitDesc& given) {
-    SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(config, kMostConfigBytes));
-    SPLAT_ASSIGN(const JsonTree json, parse_json_tree(io::as_text(bytes), config.c_str()));
+Result<FitOptions> options_of_run(const run::ReadText& config, const FitDesc& given) {
+    SPLAT_ASSIGN(const JsonTree json, parse_json_tree(config.text, config.path.c_str()));
     FitOptions options;
     std::string lacks, differs;
     SPLAT_TRY(each_wanted(options, given, [&](const char* name, auto& value, const auto& wanted) {
@@ -227,7 +224,7 @@ Result<FitOptions> options_of_run(const std::string& config, const FitDesc& give
             differs = name;
     }));
     if (!lacks.empty() || options.steps == 0)
-        return damaged("'%s' has no '%s': the run is no fit", config.c_str(),
+        return damaged("'%s' has no '%s': the run is no fit", config.path.c_str(),
                        lacks.empty() ? "steps" : lacks.c_str());
     if (!differs.empty())
         return invalid(
@@ -236,7 +233,7 @@ Result<FitOptions> options_of_run(const std::string& config, const FitDesc& give
             "new run",
             differs.c_str());
     const Status checked = check(options);
-    if (!checked.ok()) return damaged("'%s': %s", config.c_str(), checked.message().c_str());
+    if (!checked.ok()) return damaged("'%s': %s", config.path.c_str(), checked.message().c_str());
     return options;
 }
 

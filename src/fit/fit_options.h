@@ -8,6 +8,7 @@
 #include "core/status.h"
 #include "data/posed_photos.h"
 #include "fit/schedule.h"
+#include "run/task.h"
 
 namespace splat::fit {
 
@@ -52,9 +53,9 @@ struct FitDesc {
 /// data, both steps and seconds, and for what is given but changes nothing, such as a weight of maps without maps.
 Result<FitOptions> options_of(const FitDesc& given);
 
-/// The options of a run that is resumed. Errors: kFormat for a file that is not the configuration of a fit;
+/// The options of a run that is resumed. Errors: kFormat for a text that is not the configuration of a fit;
 /// kInvalidArgument for a given option that differs from the run's; only `memory` may.
-Result<FitOptions> options_of_run(const std::string& config, const FitDesc& given);
+Result<FitOptions> options_of_run(const run::ReadText& config, const FitDesc& given);
 
 /// Text of a run's config.json.
 std::string config_text(const FitOptions& options);

@@ -29,7 +29,7 @@ class FitTask : public run::Task {
     ~FitTask() override;
 
     // fit_task_open.cpp
-    Result<run::Plan> prepare(const std::string* config, run::Messages& messages) override;
+    Result<run::Plan> prepare(const run::ReadText* config, run::Messages& messages) override;
     Status start(run::Messages& messages) override;
     Status recall(const JsonTree& run_json, const std::string& path) override;
     Status compare(const JsonTree& run_json, run::Messages& messages) override;

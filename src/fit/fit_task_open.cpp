@@ -245,7 +245,7 @@ Status FitTask::choose_steps(run::Messages& messages) {
     return {};
 }
 
-Result<run::Plan> FitTask::prepare(const std::string* config, run::Messages& messages) {
+Result<run::Plan> FitTask::prepare(const run::ReadText* config, run::Messages& messages) {
     resumed_ = config != nullptr;
     if (!resumed_)
         SPLAT_SET(options_, options_of(given_));

@@ -162,7 +162,8 @@ Result<std::unique_ptr<ViewSource>> ViewSource::make(const config::Settings& set
 Result<std::string> ViewSource::field_of_view_warning(std::uint32_t objects) const {
     const auto expected = static_cast<double>(network_.fov_degrees);
     double least = 180, most = 0;
-    for (std::uint32_t object = 0; expected > 0 && object < objects; ++object) {
+    for (std::uint32_t object = 0; expected > 0 && object < objects;
+         object += data::check_stride(objects)) {
         std::vector<std::uint32_t> numbers(views_of(object));
         std::iota(numbers.begin(), numbers.end(), 0U);
         std::vector<float> focals(2 * numbers.size());

@@ -65,9 +65,9 @@ class ViewSource {
     [[nodiscard]] Result<Views> read(std::uint32_t object, std::span<const std::uint32_t> views,
                                      std::uint32_t inputs, bool levels = false) const;
 
-    /// A sentence if a view of the first `objects` objects has a field of view that differs from data.fov by
-    /// more than 1 %: the network's rays are not those of its images. Else empty. Errors: those of
-    /// Dataset::read.
+    /// A sentence if a view of the first `objects` objects (each data::check_stride-th of many) has a field of view
+    /// that differs from data.fov by more than 1 %: the network's rays are not those of its images. Else empty.
+    /// Errors: those of Dataset::read.
     [[nodiscard]] Result<std::string> field_of_view_warning(std::uint32_t objects) const;
 
     /// A sentence if data.znear to data.zfar cannot hold the scenes, of some objects; else empty. Errors: those of

@@ -86,7 +86,8 @@ std::string figures_json(const Figures& figures) {
 
 Status Run::next(Event& event) {
     Status done = work(event);
-    if (done.code() == Code::kCancelled) return done;
+    if (!done.ok()) leader_.fail(done);
+    if (done.code() == Code::kCancelled && leader_.alone()) return done;
     if (done.message() == error_) return done;
     error_ = done.message();
     // What cannot be written here either, as on a full disk, is in the status.
@@ -97,6 +98,7 @@ Status Run::next(Event& event) {
 
 Status Run::work(Event& event) {
     if (untold_) return tell(event);
+    if (done_.empty()) SPLAT_TRY(leader_.failed());
     event = {};
     event.attempts = attempts_;
     event.step = step_;
@@ -118,7 +120,7 @@ Status Run::work(Event& event) {
     if (not_drawn_in_a_row_ == 10 * kMostNotDrawn) return end(EventKind::kNothingDrawn, event);
     if (!done_.empty() || task_->progress().attempts > attempts_) return step(event);
     const bool last = step_ >= plan_.iterations;
-    const bool interrupted = interrupt_.count() != raised_before_;
+    const bool interrupted = interrupt_.count() != raised_before_ || leader_.interrupted();
     const bool save_now = step_ == 0 || last || interrupted || is_nth(step_, plan_.save_every);
     if (save_now && saved_ != step_) return save(event);
     if (interrupted && (!last || is_validation_due())) return end(EventKind::kInterrupted, event);
@@ -145,12 +147,15 @@ Status Run::tell(Event& event) {
 Status Run::step(Event& event) {
     if (done_.empty()) {
         const Stopwatch begins;
-        const Status ran = task_->step(most_steps(), done_);
+        const Status ran =
+            leader_.together({.what = Order::What::kStep, .number = most_steps()},
+                             [&, most = most_steps()] { return task_->step(most, done_); });
         if (!begun_ && !done_.empty()) begun_ = begins;
         each_seconds_ =
             begins.seconds() / static_cast<double>(std::max<std::size_t>(done_.size(), 1));
         // Another error comes again after the steps before it.
-        if (!ran.ok() && (done_.empty() || ran.code() == Code::kCancelled)) return ran;
+        const bool at_once = ran.code() == Code::kCancelled && leader_.alone();
+        if (!ran.ok() && (done_.empty() || at_once)) return ran;
     }
     SPLAT_ASSERT(!done_.empty());
     const Step done = std::move(done_.front());
@@ -242,6 +247,7 @@ Status Run::validate(Event& event) {
     event.piece = piece_;
     if (piece_ == plan_.pieces) return end_validation(event);
     SPLAT_TRY(task_->validate(piece_, event.validated));
+    SPLAT_TRY(leader_.together({}, [] { return Status(); }));  // how long others wait
     event.numbers = event.validated.scores;
     event.kind = EventKind::kValidatedPiece;
     ++piece_;
@@ -279,7 +285,8 @@ Status Run::go_back() {
     if (!states.ok()) return folder_->log("error: " + states.status().message());
     for (const auto& state : states.value()) {
         const auto file = io::load_weights(os::text_of(state));
-        const Status loaded = file.ok() ? task_->load(file.value()) : file.status();
+        const Status loaded = file.ok() ? leader_.load(file.value(), *task_) : file.status();
+        SPLAT_TRY(leader_.failed());
         if (loaded.code() == Code::kCancelled) return loaded;
         if (loaded.ok()) {
             step_ = task_->progress().steps;
@@ -328,7 +335,7 @@ Status Run::end(EventKind kind, Event& event) {
     event.text = text;
     event.kind = kind;
     ended_ = kind;
-    return {};
+    return leader_.end(static_cast<std::int32_t>(kind), text);
 }
 
 Status Run::write_run(const char* state) const {

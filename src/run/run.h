@@ -7,6 +7,7 @@
 #include "core/interrupt.h"
 #include "core/os/path.h"
 #include "core/stopwatch.h"
+#include "run/leader.h"
 #include "run/run_folder.h"
 #include "run/task.h"
 
@@ -16,6 +17,8 @@ struct RunDesc {
     std::string folder;
     RunFolder::Mode mode = RunFolder::Mode::kNew;
     std::string library;  ///< version of the library, for run.json
+    /// The ranks of the run, of which this is 0; it must outlive the run. Others open a Follower. Null: none.
+    Group* group = nullptr;
 };
 
 enum class EventKind {
@@ -81,6 +84,7 @@ class Run : public Work {
     ///   kInvalidState     as RunFolder::open()
     ///   kNotFound         none of a run's states can be read; a run that ended before its first state begins again
     ///   kIo               the folder cannot be written
+    ///   those of any rank, with its number before the sentence
     ///
     /// Raising `interrupt`, which must outlive the run, ends it at the next call of next().
     static Result<std::unique_ptr<Run>> open(const RunDesc& desc, std::unique_ptr<Task> task,
@@ -88,7 +92,7 @@ class Run : public Work {
 
     /// Do the next piece of work. After the end it gives the last event again, without text. After an error,
     /// which log.txt and run.json keep unless it is kCancelled, the next call tries the same piece again, or writes
-    /// what it did.
+    /// what it did. In a run of several ranks an error, which may be another rank's, ends the run on all.
     Status next(Event& event) override;
 
     [[nodiscard]] Figures figures() const override;
@@ -101,9 +105,14 @@ class Run : public Work {
     };
 
     Run(RunDesc desc, std::unique_ptr<Task> task, const Interrupt& interrupt)
-        : desc_(std::move(desc)), task_(std::move(task)), interrupt_(interrupt) {}
+        : desc_(std::move(desc)),
+          leader_(desc_.group),
+          task_(std::move(task)),
+          interrupt_(interrupt) {}
 
     // run_open.cpp
+    Status open();
+    Status start(std::vector<std::string> record);
     Status resume();
     Status restore_validations();
     Status begin();
@@ -124,6 +133,7 @@ class Run : public Work {
     [[nodiscard]] double seconds() const;
 
     RunDesc desc_;
+    Leader leader_;
     std::unique_ptr<RunFolder> folder_;
     std::unique_ptr<Task> task_;
     Plan plan_;

@@ -16,11 +16,9 @@ bool may_be_skipped(Code code) {
            code != Code::kOutOfDeviceMemory && code != Code::kDeviceLost;
 }
 
-/// A run.json; without members if it cannot be parsed. Errors: those of io::read_file.
-Result<JsonTree> read_record(const std::string& path) {
+Result<ReadText> read_text(const std::string& path) {
     SPLAT_ASSIGN(const io::Buffer text, io::read_file(path, kMaxConfigBytes));
-    auto json = parse_json_tree(io::as_text(text), "run.json");
-    return json.ok() ? std::move(json.value()) : JsonTree();
+    return ReadText{path, std::string(io::as_text(text))};
 }
 
 }  // namespace
@@ -28,20 +26,51 @@ Result<JsonTree> read_record(const std::string& path) {
 Result<std::unique_ptr<Run>> Run::open(const RunDesc& desc, std::unique_ptr<Task> task,
                                        const Interrupt& interrupt) {
     std::unique_ptr<Run> self(new Run(desc, std::move(task), interrupt));
-    SPLAT_ASSIGN(self->folder_, RunFolder::open(desc.folder, desc.mode));
-    const bool resumed = desc.mode == RunFolder::Mode::kResume;
-    const std::string config = self->folder_->path("config.json");
-    SPLAT_ASSIGN(self->plan_, self->task_->prepare(resumed ? &config : nullptr, self->messages_));
-    SPLAT_TRY(resumed ? self->resume() : self->task_->start(self->messages_));
-    SPLAT_TRY(self->task_->begin());
-    SPLAT_TRY(self->begin());
-    return self;
+    const Status opened = self->open();
+    if (opened.ok()) return self;
+    self->leader_.fail(opened);
+    return opened;
+}
+
+Status Run::open() {
+    SPLAT_TRY(leader_.greet(desc_.library));
+    SPLAT_SET(folder_, RunFolder::open(desc_.folder, desc_.mode));
+    const bool resumed = desc_.mode == RunFolder::Mode::kResume;
+    ReadText config;
+    Order prepare{.what = Order::What::kPrepare};
+    if (resumed) {
+        SPLAT_SET(config, read_text(folder_->path("config.json")));
+        prepare.texts = {config.path, config.text};
+    }
+    SPLAT_TRY(leader_.together(prepare, [&]() -> Status {
+        SPLAT_SET(plan_, task_->prepare(resumed ? &config : nullptr, messages_));
+        return {};
+    }));
+    SPLAT_TRY(leader_.compare(*task_, messages_));
+    SPLAT_TRY(resumed ? resume() : start({}));
+    Order begin_all{.what = Order::What::kBegin};
+    if (!leader_.alone() && saved_ == kNotSaved) {  // a state that was loaded is the same
+        SPLAT_ASSIGN(const std::string sum, checksum_of(*task_));
+        begin_all.texts = {sum};
+    }
+    SPLAT_TRY(leader_.together(begin_all, [&] { return task_->begin(); }));
+    return leader_.together({.what = Order::What::kOpen}, [&] { return begin(); });
+}
+
+/// `record`: path and text of the run.json that others have to recall.
+Status Run::start(std::vector<std::string> record) {
+    return leader_.together({.what = Order::What::kStart, .texts = std::move(record)},
+                            [&] { return task_->start(messages_); });
 }
 
 Status Run::resume() {
     const std::string path = folder_->path("run.json");
-    const auto record = read_record(path);
-    const Status recalled = record.ok() ? task_->recall(record.value(), path) : record.status();
+    const auto text = read_text(path);
+    JsonTree record;  // without members if it cannot be parsed
+    if (text.ok())
+        if (auto json = parse_json_tree(text.value().text, "run.json"); json.ok())
+            record = std::move(json.value());
+    const Status recalled = text.ok() ? task_->recall(record, path) : text.status();
     SPLAT_ASSIGN(const auto states, folder_->states());
     if (states.empty()) {
         if (!recalled.ok())
@@ -49,12 +78,13 @@ Status Run::resume() {
                                          "; without it a run that has no state yet cannot begin "
                                          "again: let it be overwritten"};
         messages_.push_back({"the run has no state yet, and begins again"});
-        return task_->start(messages_);
+        return start({path, text.value().text});
     }
-    SPLAT_TRY(task_->compare(record.ok() ? record.value() : JsonTree(), messages_));
+    SPLAT_TRY(task_->compare(record, messages_));
     for (const auto& state : states) {
         const auto file = io::load_weights(os::text_of(state));
-        const Status loaded = file.ok() ? task_->load(file.value()) : file.status();
+        const Status loaded = file.ok() ? leader_.load(file.value(), *task_) : file.status();
+        SPLAT_TRY(leader_.failed());
         if (!may_be_skipped(loaded.code())) return loaded;
         if (!loaded.ok()) {
             messages_.push_back({"skipped a state: " + loaded.message(), true});

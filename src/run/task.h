@@ -101,14 +101,28 @@ struct NamedWeights {
     io::WeightsFile file;
 };
 
+/// A file of a run's folder, where it lies or where rank 0 has it.
+struct ReadText {
+    std::string path, text;
+};
+
+/// What ranks compare before the first step.
+struct RankFacts {
+    std::vector<std::pair<std::string, std::string>>
+        equal;           ///< name and value, the same on all ranks
+    std::string device;  ///< another one on a rank is a warning
+};
+
 /// What a run does, step by step. A Run calls prepare(), then start() or compare() and load(), then begin(), and then
 /// the others. What fails is tried again by the same call.
 class Task : NoCopy {
   public:
     virtual ~Task() = default;
 
-    /// Check everything that needs no state. `config`: path of the run's configuration, for one that is resumed.
-    virtual Result<Plan> prepare(const std::string* config, Messages& messages) = 0;
+    /// Check everything that needs no state. `config`: the run's configuration, for one that is resumed.
+    virtual Result<Plan> prepare(const ReadText* config, Messages& messages) = 0;
+    /// What the ranks of a run must have alike, after prepare(): configuration and data.
+    virtual Result<RankFacts> facts() { return RankFacts(); }
     /// Begin before the first step.
     virtual Status start(Messages& messages) = 0;
     /// Take over from a run.json, which `path` names, what start() depends on. Errors: kFormat if it does not say.

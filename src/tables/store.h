@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/json.h"
 #include "core/status.h"
 #include "tables/file_lock.h"
 #include "tables/journal.h"
@@ -21,11 +22,19 @@ namespace splat::tables {
 ///   frame.npy           int64 [1,rows], numbers of the views; rows are ordered by object and frame
 ///   pose.npy            text [rows] of SRN's pose files
 ///   rgb.npy, depth.npy, normal.npy, mask.npy     uint8 [rows,channels,S,S] ([rows,S,S] of one channel)
+///   name.npy, intrinsics.npy, views.npy     of more objects than store.json can hold: text [objects], uint32
+///                       [1,objects]; store.json then has their number and the lengths of both texts (version 2)
 ///   *_crc.npy           uint32 [rows], CRC-32 of each row
 ///   import.json, lock   while it is written; in parts import_<index>_of_<count>.json, and locks alike
 struct StoreObject {
     std::string name, intrinsics;
     std::uint32_t views = 0;
+};
+
+/// Objects that lie in files of their own: how many, and the bytes of a name and of intrinsics.
+struct ObjectFiles {
+    std::uint64_t objects = 0;  ///< 0: they lie in store.json
+    std::uint64_t name_bytes = 0, intrinsics_bytes = 0;
 };
 
 struct StoreIndex {
@@ -34,6 +43,7 @@ struct StoreIndex {
     std::uint32_t resolution = 0;  ///< S
     std::vector<Table> maps;       ///< kinds of images, rgb first
     std::vector<StoreObject> objects;
+    ObjectFiles object_files;
     std::vector<std::int64_t> frames;  ///< frame number of each row
 
     [[nodiscard]] std::uint64_t image_bytes(Table map) const {
@@ -43,12 +53,16 @@ struct StoreIndex {
 
 inline constexpr std::size_t kMaxPoseBytes = 512;
 inline constexpr std::size_t kMaxIntrinsicsBytes = 512;
+inline constexpr std::size_t kMaxNameBytes = 512;  ///< in name.npy
 /// Most rows of a store; their frame numbers are kept in memory.
 inline constexpr std::uint64_t kMaxRows = std::uint64_t{1} << 23;
 
-/// store.json, without the frames. Errors: kUnsupported if the objects need more than JSON's limit;
-/// kInvalidArgument for names that are not UTF-8.
-Result<std::string> store_text(const StoreIndex& index);
+/// Set index.object_files, unless it is set, if store.json would have more than `most` bytes. Errors: kInvalidArgument
+/// for names that are not UTF-8; kUnsupported for texts that are too long for files of their own.
+Status place_objects(StoreIndex& index, std::size_t most = kMaxJsonBytes);
+
+/// store.json, without the frames, and without the objects if they have files of their own.
+std::string store_text(const StoreIndex& index);
 
 /// The same read back; frames are as many zeros as there are rows. Errors: kFormat, kUnsupported.
 Result<StoreIndex> read_store_text(const std::string& folder);
@@ -58,6 +72,9 @@ bool is_store_text(const std::string& folder);
 
 RecordShape frame_shape(std::uint64_t rows);
 RecordShape pose_shape(std::uint64_t rows);
+RecordShape views_shape(const ObjectFiles& files);
+RecordShape name_shape(const ObjectFiles& files);
+RecordShape intrinsics_shape(const ObjectFiles& files);
 RecordShape image_shape(const StoreIndex& index, Table map);
 
 Result<bool> is_store(const std::string& folder);
@@ -68,16 +85,22 @@ class Store {
     /// Errors: kNotFound; kFormat for damaged files; kUnsupported for another version.
     static Result<std::unique_ptr<Store>> open(const std::string& folder);
 
+    /// Without the intrinsics of the objects.
     [[nodiscard]] const StoreIndex& index() const { return index_; }
+    /// The objects, which index() has no more.
+    [[nodiscard]] std::vector<StoreObject> take_objects() { return std::move(index_.objects); }
+    [[nodiscard]] Result<std::string> intrinsics(std::uint32_t object) const;
     [[nodiscard]] Result<std::string> pose(std::uint64_t row) const;
     /// uint8 [channels,S,S]. Errors: as RecordFile::read().
     Status image(Table map, std::uint64_t row, std::span<std::byte> to) const;
 
   private:
     Store() = default;
+    Status read_objects(const std::string& folder);
 
     StoreIndex index_;
-    std::unique_ptr<RecordFile> poses_;
+    std::vector<std::string> intrinsics_;  ///< from store.json; else they stay in the file
+    std::unique_ptr<RecordFile> poses_, intrinsics_file_;
     std::map<Table, std::unique_ptr<RecordFile>> images_;
 };
 
@@ -131,6 +154,7 @@ class StoreWriter : NoCopy {
     [[nodiscard]] Journal journal_of(const Part& part) const;
     [[nodiscard]] bool is_done(const Part& part) const;
     Status open_records();
+    [[nodiscard]] Status write_objects() const;
 
     std::string folder_;
     StoreIndex index_;

@@ -48,6 +48,13 @@ Status remove_file(const fs::path& path) {
     return failed ? io::system_error(failed, "remove", os::text_of(path)) : Status();
 }
 
+/// Zeros fill the record.
+Status put_text(RecordFile& records, std::uint64_t row, io::Bytes text, std::size_t bytes) {
+    std::byte padded[kMaxPoseBytes] = {};
+    std::ranges::copy(text, padded);
+    return records.put(row, std::span(padded).first(bytes));
+}
+
 }  // namespace
 
 Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& folder, StoreIndex index,
@@ -55,7 +62,7 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& folder
     if (index.frames.empty() || index.frames.size() > kMaxRows)
         return unsupported("%zu rows in a split, expected 1 to %llu", index.frames.size(),
                            llu(kMaxRows));
-    SPLAT_TRY(store_text(index).status());  // what finish() could not write
+    SPLAT_TRY(place_objects(index));
     std::unique_ptr<StoreWriter> writer(new StoreWriter(folder, std::move(index), part));
     SPLAT_TRY(io::make_folders(os::path_of(folder)));
     SPLAT_TRY(writer->lock());
@@ -127,7 +134,8 @@ Status StoreWriter::read_journals() {
     SPLAT_TRY(claim());
     const std::string own = part_name("import", part_, ".json");
     for (const std::string& name : names_in(
-             folder, R"((frame|pose|rgb|depth|normal|mask)(_crc)?\.npy|)" + std::string(kJournals)))
+             folder, R"((frame|pose|rgb|depth|normal|mask|name|intrinsics|views)(_crc)?\.npy|)" +
+                     std::string(kJournals)))
         if (name != own) SPLAT_TRY(remove_file(folder / name));
     return journal_of(part_).write(false);
 }
@@ -160,14 +168,33 @@ Status StoreWriter::put(Table table, std::uint64_t row, io::Bytes bytes) {
     if (table != Table::kPoses) return records.put(row, bytes);
     if (bytes.size() > kMaxPoseBytes)
         return damaged("%zu bytes, expected at most %zu", bytes.size(), kMaxPoseBytes);
-    std::byte padded[kMaxPoseBytes] = {};
-    std::ranges::copy(bytes, padded);
-    return records.put(row, padded);
+    return put_text(records, row, bytes, kMaxPoseBytes);
 }
 
 bool StoreWriter::holds(Table table, std::uint64_t row) const {
     io::Buffer bytes(table == Table::kPoses ? kMaxPoseBytes : index_.image_bytes(table));
     return begun_ && records_.at(table)->read(row, bytes).ok();
+}
+
+Status StoreWriter::write_objects() const {
+    const ObjectFiles& files = index_.object_files;
+    if (files.objects == 0) return {};
+    SPLAT_ASSIGN(const auto names, RecordFile::create(folder_, "name", name_shape(files)));
+    SPLAT_ASSIGN(const auto intrinsics,
+                 RecordFile::create(folder_, "intrinsics", intrinsics_shape(files)));
+    SPLAT_ASSIGN(const auto views, RecordFile::create(folder_, "views", views_shape(files)));
+    std::vector<std::uint32_t> counts;
+    for (const StoreObject& object : index_.objects) {
+        const std::size_t i = counts.size();
+        SPLAT_TRY(put_text(*names, i, io::as_bytes(object.name), files.name_bytes));
+        SPLAT_TRY(
+            put_text(*intrinsics, i, io::as_bytes(object.intrinsics), files.intrinsics_bytes));
+        counts.push_back(object.views);
+    }
+    SPLAT_TRY(views->put(0, std::as_bytes(std::span(counts))));
+    for (RecordFile* const file : {names.get(), intrinsics.get(), views.get()})
+        SPLAT_TRY(file->flush());
+    return {};
 }
 
 Status StoreWriter::finish() {
@@ -180,8 +207,8 @@ Status StoreWriter::finish() {
     SPLAT_ASSIGN(const auto frames, RecordFile::create(folder_, "frame", frame_shape(rows)));
     SPLAT_TRY(frames->put(0, std::as_bytes(std::span(index_.frames))));
     SPLAT_TRY(frames->flush());
-    SPLAT_ASSIGN(const std::string text, store_text(index_));
-    SPLAT_TRY(io::write_file(folder_ + "/" + kStoreFile, io::as_bytes(text)));
+    SPLAT_TRY(write_objects());
+    SPLAT_TRY(io::write_file(folder_ + "/" + kStoreFile, io::as_bytes(store_text(index_))));
     std::error_code none;
     const fs::path folder = os::path_of(folder_);
     for (const std::string& name : names_in(folder, kJournals)) fs::remove(folder / name, none);

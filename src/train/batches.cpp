@@ -1,7 +1,6 @@
 #include "train/batches.h"
 
 #include <algorithm>
-#include <numeric>
 #include <system_error>
 
 #include "core/float_mode.h"
@@ -9,28 +8,6 @@
 
 namespace splat::train {
 namespace {
-
-/// splitmix64: numbers from a state that is a number (Steele et al. 2014, "Fast splittable
-/// pseudorandom number generators").
-std::uint64_t next_random(std::uint64_t& state) {
-    state += 0x9E3779B97F4A7C15U;
-    std::uint64_t z = state;
-    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
-    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
-    return z ^ (z >> 31U);
-}
-
-/// 0 ... count - 1 in a random order that is the same for the same numbers.
-std::vector<std::uint32_t> permutation(std::uint32_t count, std::uint64_t seed,
-                                       std::uint64_t stream) {
-    std::uint64_t state = seed;
-    state = next_random(state) ^ stream;
-    std::vector<std::uint32_t> order(count);
-    std::iota(order.begin(), order.end(), 0U);
-    for (std::uint32_t i = count; i > 1; --i)
-        std::swap(order[i - 1], order[next_random(state) % i]);
-    return order;
-}
 
 void append(std::vector<float>& to, const std::vector<float>& from, std::size_t count) {
     to.insert(to.end(), from.begin(), from.begin() + static_cast<std::ptrdiff_t>(count));
@@ -52,12 +29,16 @@ TrainBatch Batch::view() const {
 }
 
 BatchSource::BatchSource(std::shared_ptr<const predict::ViewSource> data,
-                         const config::Settings& settings, std::uint64_t seed)
+                         const config::Settings& settings, std::uint64_t seed, std::uint32_t first,
+                         std::uint32_t count)
     : data_(std::move(data)),
       objects_(settings.training.batch_size),
+      first_(first),
+      count_(count == 0 ? objects_ : count),
       views_(settings.network.views),
       targets_(settings.training.targets),
       seed_(seed),
+      order_(data_->objects(), seed),
       focals_(settings.network.fov_degrees == 0) {}
 
 Status BatchSource::check() const {
@@ -69,20 +50,15 @@ Status BatchSource::check() const {
     return {};
 }
 
-std::uint32_t BatchSource::object_at(std::uint64_t position) const {
-    const std::uint32_t count = data_->objects();
-    // Even streams are orders of objects, odd ones orders of views.
-    return permutation(count, seed_, 2 * (position / count))[position % count];
-}
-
 Result<Batch> BatchSource::make(std::uint64_t n) const {
     Batch batch;
-    for (std::uint32_t i = 0; i < objects_; ++i) SPLAT_TRY(add_object(n * objects_ + i, batch));
+    for (std::uint32_t i = first_; i < first_ + count_; ++i)
+        SPLAT_TRY(add_object(n * objects_ + i, batch));
     return batch;
 }
 
 Status BatchSource::add_object(std::uint64_t position, Batch& batch) const {
-    const std::uint32_t object = object_at(position);
+    const std::uint32_t object = order_.at(position);
     const std::vector<std::uint32_t> order =
         permutation(data_->views_of(object), seed_, 2 * position + 1);
     // The first views are both inputs and targets; if there are too few, they repeat.

@@ -12,6 +12,7 @@
 #include "core/fork.h"
 #include "predict/view_source.h"
 #include "scene/camera.h"
+#include "train/object_order.h"
 #include "train/trainer.h"
 
 namespace splat::train {
@@ -29,8 +30,9 @@ struct Batch {
 /// its own order, and each visit of an object chooses its views at random.
 class BatchSource {
   public:
+    /// Make only the objects first ... first + count - 1 of each batch, as a rank needs them; 0 of them: all.
     BatchSource(std::shared_ptr<const predict::ViewSource> data, const config::Settings& settings,
-                std::uint64_t seed);
+                std::uint64_t seed, std::uint32_t first = 0, std::uint32_t count = 0);
 
     /// Errors: kFormat, naming an object with too few views.
     [[nodiscard]] Status check() const;
@@ -39,14 +41,15 @@ class BatchSource {
     [[nodiscard]] Result<Batch> make(std::uint64_t n) const;
 
   private:
-    [[nodiscard]] std::uint32_t object_at(std::uint64_t position) const;
     Status add_object(std::uint64_t position, Batch& batch) const;
 
     std::shared_ptr<const predict::ViewSource> data_;
-    std::uint32_t objects_;  ///< per batch
-    std::uint32_t views_;    ///< input images of each
-    std::uint32_t targets_;  ///< images to render, the input images first
+    std::uint32_t objects_;        ///< per batch
+    std::uint32_t first_, count_;  ///< the objects to make
+    std::uint32_t views_;          ///< input images of each
+    std::uint32_t targets_;        ///< images to render, the input images first
     std::uint64_t seed_;
+    ObjectOrder order_;
     bool focals_;  ///< each view has its own
 };
 

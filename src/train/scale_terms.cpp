@@ -27,6 +27,19 @@ void ScaleOutliers::add(std::span<const float> scales) {
     }
 }
 
+void ScaleOutliers::add(const ScaleOutliers& others) {
+    large += others.large;
+    small += others.small;
+    large_sum += others.large_sum;
+    small_sum += others.small_sum;
+}
+
+ScaleOutliers sum_of(std::span<const ScaleOutliers> parts) {
+    ScaleOutliers sum;
+    for (const ScaleOutliers& part : parts) sum.add(part);
+    return sum;
+}
+
 double ScaleOutliers::loss() const {
     double mean = 0;
     if (large > 0) mean += large_sum / static_cast<double>(large);
@@ -53,17 +66,11 @@ Result<std::vector<float>> Trainer::read_scales(const gaussians::SetViews& set) 
     return scales;
 }
 
-Status Trainer::take_scales(std::uint32_t first, ScaleTerms& terms) {
+Status Trainer::take_scales(std::uint32_t pass, Outliers& outliers) {
     SPLAT_ASSIGN(const std::vector<float> scales, read_scales(model_->sets()));
-    ScaleOutliers found;
-    found.add(scales);
-    if (!found.any()) return {};
-    terms.outliers.add(scales);
-    if (first + config_.micro_batch < config_.batch_size) {
-        terms.waiting.push_back(first);
-        return {};
-    }
-    return add_to_gradients(scales, terms.outliers);
+    outliers[pass].add(scales);
+    if (!outliers[pass].any() || !knows_all(pass)) return {};
+    return add_to_gradients(scales, sum_of(outliers));
 }
 
 Status Trainer::add_to_gradients(std::span<const float> scales, const ScaleOutliers& batch) {
@@ -77,15 +84,27 @@ Status Trainer::add_to_gradients(std::span<const float> scales, const ScaleOutli
     return context_.write(set.gaussians, quads.data(), quads.size() * sizeof(float));
 }
 
+Status Trainer::repeat_for_scales(const TrainBatch& batch, const Outliers& outliers,
+                                  TrainStep& result) {
+    const ScaleOutliers all = sum_of(outliers);
+    if (!all.any()) return {};
+    const auto repeat = [&](std::uint32_t slice) -> Status {
+        const std::uint32_t pass = first_pass() + slice;
+        if (!outliers[pass].any() || knows_all(pass)) return {};
+        return repeat_for_scales(batch, slice * config_.micro_batch, all, result);
+    };
+    return gradients_->add(repeat, result.exchange_seconds);
+}
+
 Status Trainer::repeat_for_scales(const TrainBatch& batch, std::uint32_t first,
-                                  const ScaleOutliers& outliers, TrainStep& result) {
+                                  const ScaleOutliers& all, TrainStep& result) {
     SPLAT_TRY(set_input(batch, first, result));
     SPLAT_TRY(model_->forward_unread());
     const gaussians::SetViews gradients = model_->sets(true);
     SPLAT_TRY(context_.fill(gradients.gaussians, 0));
     SPLAT_TRY(context_.fill(gradients.colors, 0));
     SPLAT_ASSIGN(const std::vector<float> scales, read_scales(model_->sets()));
-    SPLAT_TRY(add_to_gradients(scales, outliers));
+    SPLAT_TRY(add_to_gradients(scales, all));
     return model_->backward(true);
 }
 

@@ -13,10 +13,13 @@ struct ScaleOutliers {
 
     [[nodiscard]] bool any() const { return large + small > 0; }
     void add(std::span<const float> scales);
+    void add(const ScaleOutliers& others);
 
     /// 0.1 mean(s | s > 20) + 0.1 mean(-ln s | s < 1e-5), without a mean of nothing.
     [[nodiscard]] double loss() const;
 };
+
+ScaleOutliers sum_of(std::span<const ScaleOutliers> parts);
 
 /// Add the gradients of loss() for some scales of a batch with these outliers: the means are over the batch.
 void add_scale_gradients(std::span<const float> scales, const ScaleOutliers& batch,

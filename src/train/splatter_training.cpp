@@ -45,8 +45,14 @@ Status SplatterTraining::step(std::uint64_t most, std::deque<run::Step>& done) {
 }
 
 Status SplatterTraining::attempt(bool read) {
-    SPLAT_ASSIGN(const Batch batch, batches_->get(trainer_->attempts()));
-    const Status ran = context_->mutex.call([&] { return trainer_->step(batch.view(), read); });
+    const auto batch = batches_->get(trainer_->attempts());
+    if (!batch.ok()) return trainer_->abstain(batch.status());
+    bool begun = false;
+    Status ran = context_->mutex.call([&] {
+        begun = true;
+        return trainer_->step(batch.value().view(), read);
+    });
+    if (!begun) ran = trainer_->abstain(ran);
     peaks_.resize(trainer_->attempts() - told_, peak_bytes());
     return ran;
 }
@@ -66,6 +72,10 @@ run::Step SplatterTraining::step_of(const TrainStep& done) const {
                     {"network_ms", 1e3 * done.network_seconds},
                     {"render_ms", 1e3 * done.render_seconds},
                     {"update_ms", 1e3 * done.update_seconds}};
+    if (group() != nullptr) {
+        step.numbers.push_back({"exchange_bytes", static_cast<double>(done.exchange_bytes)});
+        step.numbers.push_back({"exchange_ms", 1e3 * done.exchange_seconds});
+    }
     const config::TrainConfig& c = settings_.training;
     for (const LossTerm& term : kLossTerms)
         if (c.*term.weight > 0 && (term.op != nullptr || done.step > c.lpips_after))

@@ -19,6 +19,7 @@ struct TrainingDesc {
     std::shared_ptr<data::Dataset> dataset, validation;
     std::string init;  ///< file of weights to start from; empty: opt.pretrained_ckpt, else random
     model::LoadOptions init_options;
+    run::Group* group = nullptr;  ///< the ranks of the run; null: no others
 };
 
 /// Training of Splatter Image, as the task of a run.
@@ -36,7 +37,9 @@ class SplatterTraining : public run::Task {
     ~SplatterTraining() override;
 
     // splatter_training_open.cpp
-    Result<run::Plan> prepare(const std::string* config, run::Messages& messages) override;
+    Result<run::Plan> prepare(const run::ReadText* config, run::Messages& messages) override;
+    /// Configuration and data. Places may differ: what lies there is compared.
+    Result<run::RankFacts> facts() override;
     Status start(run::Messages& messages) override;
     Status recall(const JsonTree& run_json, const std::string& path) override;
     Status compare(const JsonTree& run_json, run::Messages& messages) override;
@@ -65,7 +68,7 @@ class SplatterTraining : public run::Task {
         std::unique_ptr<predict::Predictor> predictor;
     };
 
-    Status configure(const std::string* config, run::Messages& messages);
+    Status configure(const run::ReadText* config, run::Messages& messages);
     Status open_data(run::Messages& messages);
     Status check_validation() const;
     Status warn_of_cameras(run::Messages& messages) const;
@@ -73,6 +76,10 @@ class SplatterTraining : public run::Task {
     Status load_weights(const std::string& path, const std::optional<model::LoadOptions>& options,
                         run::Messages& messages);
     [[nodiscard]] Status check_batches(const BatchSource& source) const;
+    /// Null where this rank is the only one.
+    [[nodiscard]] run::Group* group() const {
+        return desc_.group == nullptr || desc_.group->count() == 1 ? nullptr : desc_.group;
+    }
     [[nodiscard]] std::uint32_t validated_objects() const;
     /// Do a step with the next batch.
     Status attempt(bool read);

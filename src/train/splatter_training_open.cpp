@@ -16,6 +16,9 @@ namespace {
 /// Batches that are read before the first step.
 constexpr std::uint64_t kCheckedBatches = 2;
 
+/// Values that ranks may have of their own: where the data and the weights lie, which are compared, and threads.
+constexpr std::string_view kPlaces[] = {"data.root", "opt.pretrained_ckpt", "opt.num_workers"};
+
 /// What is wrong with data or weights that others made, not with the caller's arguments.
 Status of_file(const Status& status, const std::string& what = "") {
     if (status.ok()) return status;
@@ -43,6 +46,18 @@ Result<std::string> pretrained_file(const std::string& path) {
         path.c_str());
 }
 
+/// Tells of objects that are not looked at. Errors: those of Dataset::read_cameras.
+Status read_cameras(data::Dataset& dataset, run::Messages& messages) {
+    const auto objects = static_cast<std::uint32_t>(dataset.index().names.size());
+    const std::uint32_t stride = data::check_stride(objects);
+    if (stride > 1)
+        messages.push_back({format(
+            "cameras of each %u-th of %u objects are checked before the first step, and of others "
+            "as they are read; 'vkrun data check' looks at all of them",
+            stride, objects)});
+    return dataset.read_cameras();
+}
+
 /// Errors: kFormat, naming the array.
 Status check_numbers(const Batch& batch) {
     const std::pair<const char*, const std::vector<float>*> arrays[] = {
@@ -62,13 +77,13 @@ Status check_numbers(const Batch& batch) {
 
 }  // namespace
 
-Result<run::Plan> SplatterTraining::prepare(const std::string* config, run::Messages& messages) {
+Result<run::Plan> SplatterTraining::prepare(const run::ReadText* config, run::Messages& messages) {
     SPLAT_TRY(configure(config, messages));
     SPLAT_TRY(open_data(messages));
     SPLAT_TRY(warn_of_cameras(messages));
     auto made = context_->mutex.call([&]() -> Result<std::unique_ptr<Trainer>> {
         SPLAT_TRY(context_->device().alive());
-        return Trainer::create(*context_, settings_.network, settings_.training);
+        return Trainer::create(*context_, settings_.network, settings_.training, group());
     });
     SPLAT_ASSIGN(trainer_, std::move(made));
     if (!desc_.init.empty()) {
@@ -97,7 +112,7 @@ Result<run::Plan> SplatterTraining::prepare(const std::string* config, run::Mess
     return plan;
 }
 
-Status SplatterTraining::configure(const std::string* config, run::Messages& messages) {
+Status SplatterTraining::configure(const run::ReadText* config, run::Messages& messages) {
     if (config != nullptr && !desc_.init.empty())
         return invalid(
             "'%s' is given to start from, but a run that is resumed starts from its own "
@@ -106,8 +121,7 @@ Status SplatterTraining::configure(const std::string* config, run::Messages& mes
     Config given("configuration");
     std::optional<Config> run;
     if (config != nullptr) {
-        SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(*config, kMaxConfigBytes));
-        SPLAT_ASSIGN(const Config own, read_config(io::as_text(bytes), *config));
+        SPLAT_ASSIGN(const Config own, read_config(config->text, config->path));
         SPLAT_ASSIGN(run, complete(own));
         given = *run;
     }
@@ -147,7 +161,7 @@ Status SplatterTraining::open_data(run::Messages& messages) {
                                            : ViewSource::open(settings_, "", "train");
     SPLAT_TRY(desc_.dataset != nullptr ? opened.status() : of_file(opened.status()));
     data_ = std::move(opened.value());
-    SPLAT_TRY(of_file(data_->dataset().read_cameras()));
+    SPLAT_TRY(of_file(read_cameras(data_->dataset(), messages)));
     SPLAT_TRY(BatchSource(data_, settings_, settings_.training.seed).check());
     std::shared_ptr<data::Dataset> validation = desc_.validation;
     if (validation == nullptr && desc_.dataset == nullptr) {
@@ -165,7 +179,7 @@ Status SplatterTraining::open_data(run::Messages& messages) {
         SPLAT_TRY(desc_.validation != nullptr ? source.status()
                                               : of_file(source.status(), "split val: "));
         validation_ = std::move(source.value());
-        SPLAT_TRY(of_file(validation_->dataset().read_cameras(), "split val: "));
+        SPLAT_TRY(of_file(read_cameras(validation_->dataset(), messages), "split val: "));
     }
     return check_validation();
 }
@@ -186,6 +200,19 @@ Status SplatterTraining::check_validation() const {
             return damaged("validation object '%s' has %u views, expected more than %u",
                            validation_->name(i).c_str(), validation_->views_of(i), inputs);
     return {};
+}
+
+Result<run::RankFacts> SplatterTraining::facts() {
+    run::RankFacts facts;
+    SPLAT_ASSIGN(const Config whole,
+                 read_config(config::merged_config_text(settings_), "settings"));
+    for (const config::Key& key : config::all_keys())
+        if (std::ranges::find(kPlaces, std::string_view(key.name)) == std::end(kPlaces))
+            facts.equal.emplace_back(format("'%s'", key.name), config::value_text(whole, key.name));
+    add_facts(facts.equal, data_->dataset());
+    const vk::DeviceInfo& device = context_->device().info();
+    facts.device = format("%s (driver %s)", device.name.c_str(), device.driver.c_str());
+    return facts;
 }
 
 Status SplatterTraining::start(run::Messages& messages) {
@@ -269,7 +296,8 @@ Status SplatterTraining::check_batches(const BatchSource& source) const {
 }
 
 Status SplatterTraining::begin() {
-    BatchSource source(data_, settings_, settings_.training.seed);
+    BatchSource source(data_, settings_, settings_.training.seed, trainer_->first_object(),
+                       trainer_->objects());
     SPLAT_TRY(check_batches(source));
     const bool cpu = context_->device().info().kind == vk::DeviceKind::kCpu;
     SPLAT_ASSIGN(batches_,
@@ -294,6 +322,9 @@ std::string SplatterTraining::headline(const std::string& folder) const {
 void SplatterTraining::describe(JsonWriter& json) const {
     add_facts(json, context_->device(), settings_.training.seed, trainer_->model().parameters(),
               data_->dataset(), start_);
+    if (group() == nullptr) return;
+    json.newline(2).member("ranks", group()->count());
+    json.newline(2).member("reproducible", group()->reproducible());
 }
 
 }  // namespace splat::train

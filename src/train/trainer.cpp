@@ -67,10 +67,15 @@ std::span<const T> part_of(std::span<const T> all, std::size_t count, std::size_
 
 Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
                                                  const model::ModelConfig& network,
-                                                 const config::TrainConfig& config) {
+                                                 const config::TrainConfig& config,
+                                                 run::Group* group) {
     if (config.schedule == config::Schedule::kStep && config.step_lr_at == 0)
         return invalid("'opt.step_lr_at' is 0, expected at least 1 where opt.lr_schedule is step");
-    std::unique_ptr<Trainer> self(new Trainer(context, config));
+    if (group != nullptr && config.batch_size % (group->count() * config.micro_batch) != 0)
+        return invalid(
+            "'opt.batch_size' is %u, expected a multiple of ranks times opt.micro_batch, %u x %u",
+            config.batch_size, group->count(), config.micro_batch);
+    std::unique_ptr<Trainer> self(new Trainer(context, config, group));
     SPLAT_TRY(self->build(network));
     SPLAT_TRY(self->build_optimiser());
     self->batch_ = vk::Batch(std::clamp(self->lists_of_a_step(), kLeastLists, kMostLists));
@@ -78,12 +83,12 @@ Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
 }
 
 std::size_t Trainer::lists_of_a_step() const {
-    const std::size_t passes = config_.batch_size / config_.micro_batch;
+    const std::size_t passes = objects_ / config_.micro_batch;
     std::size_t reads = config_.micro_batch / drawn_;  // in a pass: pairs
     if (sizes_) reads += config_.micro_batch;
     if (config_.scale_terms)
         reads += 2 + 2;  // scales and their gradients; in a pass that is repeated too
-    return passes * reads + 2;
+    return passes * reads + gradients_->lists() + 2;
 }
 
 Status Trainer::build(const model::ModelConfig& network) {
@@ -94,6 +99,8 @@ Status Trainer::build(const model::ModelConfig& network) {
     options.build.training = true;
     options.build.precision = config_.precision;
     SPLAT_ASSIGN(model_, model::Model::create(context_, network, options));
+    SPLAT_SET(gradients_, GradientSum::create(context_, model_->parameters(), passes(), group_,
+                                              config_.scale_terms));
     raster::RasterDesc desc;  // one object's
     desc.gaussians = network.gaussians();
     desc.views = config_.targets;
@@ -155,11 +162,10 @@ Status Trainer::build(const model::ModelConfig& network) {
     return {};
 }
 
-/// Make the optimiser. Notes are the losses of each object, then the counts of each pass.
+/// Make the optimiser. Notes are the losses of each object of the batch, then the counts of each pass.
 Status Trainer::build_optimiser() {
     const vk::BufferView& losses = loss_->losses();
     const vk::BufferView& counts = model_->output_ledger().counts();
-    const std::uint32_t passes = config_.batch_size / config_.micro_batch;
     OptimiserDesc adam;
     adam.rules = {{1, config_.betas, config_.eps}};
     adam.schedule = config_;
@@ -168,22 +174,21 @@ Status Trainer::build_optimiser() {
     adam.notes.checked = losses.bytes * config_.batch_size;
     adam.notes.block = losses.bytes;
     adam.notes.unchecked = loss_->unchecked();
-    adam.notes.bytes = adam.notes.checked + counts.bytes * passes;
+    adam.notes.bytes = adam.notes.checked + counts.bytes * passes();
     adam.most_unread = std::clamp(config_.read_every, kLeastRows, kMostRows);
     SPLAT_TRY(add_parameters(adam, model_->parameters()));
     SPLAT_ASSIGN(Optimiser optimiser, Optimiser::create(context_, std::move(adam)));
     optimiser_ = std::make_unique<Optimiser>(std::move(optimiser));
-    std::uint64_t at = 0;
-    const auto note = [&](const vk::BufferView& from) {
-        at += from.bytes;
-        return copy_of(context_, from, optimiser_->notes().part(at - from.bytes, from.bytes));
+    const auto note = [&](const vk::BufferView& from, std::uint64_t at) {
+        return copy_of(context_, from, optimiser_->notes().part(at, from.bytes));
     };
-    for (std::uint32_t object = 0; object < config_.batch_size; ++object) {
-        SPLAT_ASSIGN(vk::CommandList list, note(losses));
+    for (std::uint32_t object = 0; object < objects_; ++object) {
+        SPLAT_ASSIGN(vk::CommandList list, note(losses, (first_object() + object) * losses.bytes));
         note_losses_.push_back(std::move(list));
     }
-    for (std::uint32_t pass = 0; pass < passes; ++pass) {
-        SPLAT_ASSIGN(vk::CommandList list, note(counts));
+    for (std::uint32_t pass = 0; pass < objects_ / config_.micro_batch; ++pass) {
+        SPLAT_ASSIGN(vk::CommandList list, note(counts, config_.batch_size * losses.bytes +
+                                                            (first_pass() + pass) * counts.bytes));
         note_counts_.push_back(std::move(list));
     }
     return {};
@@ -192,7 +197,7 @@ Status Trainer::build_optimiser() {
 Status Trainer::check(const TrainBatch& batch) const {
     const model::ModelConfig& c = model_->config();
     const std::size_t pixels = std::size_t{c.resolution} * c.resolution;
-    const std::size_t objects = config_.batch_size;
+    const std::size_t objects = objects_;
     const std::size_t inputs = objects * c.views;
     const std::size_t targets = objects * config_.targets;
     const auto expect = [](const char* name, std::size_t got, std::size_t expected) -> Status {
@@ -222,12 +227,7 @@ Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
 }
 
 Status Trainer::step(const TrainBatch& batch, bool read_it) {
-    SPLAT_TRY(check(batch));
-    const std::uint64_t most =
-        steps_ + unread();  // updates, if none of the unread steps was skipped
-    const bool lpips_begins =
-        config_.lpips_weight > 0 && steps_ < config_.lpips_after && most >= config_.lpips_after;
-    if (lpips_begins || optimiser_->full()) SPLAT_TRY(read());
+    SPLAT_TRY(agreed(prepare(batch)));
     Unread& made = unread_.emplace_back();
     if (steps_ >= config_.lpips_after) made.lpips_weight = config_.lpips_weight;
     /// The optimiser knows what ran, also where something fails after it.
@@ -243,15 +243,36 @@ Status Trainer::step(const TrainBatch& batch, bool read_it) {
     return attempt(batch, made, read_it);
 }
 
+/// Check the batch, and read what must be known before its step.
+Status Trainer::prepare(const TrainBatch& batch) {
+    SPLAT_TRY(check(batch));
+    const std::uint64_t most =
+        steps_ + unread();  // updates, if none of the unread steps was skipped
+    const bool lpips_begins =
+        config_.lpips_weight > 0 && steps_ < config_.lpips_after && most >= config_.lpips_after;
+    return lpips_begins || optimiser_->full() ? read() : Status();
+}
+
 Status Trainer::attempt(const TrainBatch& batch, Unread& made, bool read_it) {
     vk::BatchScope scope(context_, batch_);
-    SPLAT_TRY(model_->parameters().zero_gradients());
-    ScaleTerms terms;
-    for (std::uint32_t first = 0; first < config_.batch_size; first += config_.micro_batch)
-        SPLAT_TRY(pass(batch, first, terms, made.step));
-    for (const std::uint32_t first : terms.waiting)
-        SPLAT_TRY(repeat_for_scales(batch, first, terms.outliers, made.step));
-    made.scale_loss = terms.outliers.loss();
+    const std::uint64_t sent = bytes_sent();
+    Outliers outliers(passes());
+    const auto slice = [&](std::uint32_t number) {
+        return pass(batch, number * config_.micro_batch, outliers, made.step);
+    };
+    SPLAT_TRY(gradients_->sum(slice, made.step.exchange_seconds));
+    if (config_.scale_terms) {
+        SPLAT_TRY(share(outliers));
+        SPLAT_TRY(repeat_for_scales(batch, outliers, made.step));
+        made.scale_loss = sum_of(outliers).loss();
+    }
+    SPLAT_ASSIGN(const std::vector<std::byte> notes, share_notes(made.step));
+    made.step.exchange_bytes = bytes_sent() - sent;
+    return agreed(update(notes, made, read_it));
+}
+
+Status Trainer::update(std::span<const std::byte> notes, Unread& made, bool read_it) {
+    if (!notes.empty()) SPLAT_TRY(context_.write(optimiser_->notes(), notes.data(), notes.size()));
     context_.charge = &made.step.update_seconds;
     return optimiser_->step(made.scale_loss, read_it ? taking() : Optimiser::Use());
 }
@@ -286,13 +307,13 @@ TrainStep Trainer::result_of(const Unread& made, const OptimiserRead& update) {
     TrainStep step = made.step;
     std::span notes = update.notes;
     const double weight = static_cast<double>(1 / static_cast<float>(config_.batch_size));
-    std::vector<float> losses(loss_->losses().bytes / sizeof(float));
+    std::vector<float> losses(losses_bytes() / sizeof(float));
     for (std::uint32_t object = 0; object < config_.batch_size; ++object) {
-        std::memcpy(losses.data(), notes.data(), loss_->losses().bytes);
+        std::memcpy(losses.data(), notes.data(), losses_bytes());
         step.loss.add(loss_->terms_of(losses, made.lpips_weight), weight);
         notes = notes.subspan(losses.size());
     }
-    const std::size_t counts = model_->output_ledger().counts().bytes / sizeof(std::uint32_t);
+    const std::size_t counts = counts_bytes() / sizeof(std::uint32_t);
     for (; !notes.empty(); notes = notes.subspan(counts))
         step.non_finite += model_->output_ledger().take(notes.first(counts)).non_finite();
     step.loss.total += made.scale_loss;
@@ -305,7 +326,7 @@ TrainStep Trainer::result_of(const Unread& made, const OptimiserRead& update) {
 
 Status Trainer::set_input(const TrainBatch& batch, std::uint32_t first, TrainStep& result) {
     context_.charge = &result.network_seconds;
-    const std::uint32_t all = config_.batch_size;
+    const std::uint32_t all = objects_;
     const std::uint32_t objects = config_.micro_batch;
     model::ModelInput input;
     input.images = part_of(batch.images, all, first, objects);
@@ -315,12 +336,12 @@ Status Trainer::set_input(const TrainBatch& batch, std::uint32_t first, TrainSte
     input.embedding = part_of(batch.embedding, all, first, objects);
     input.tokens = part_of(batch.tokens, all, first, objects);
     input.seed = config_.seed;
-    // A distinct number for each pass; dropout depends on it.
-    input.step = static_cast<std::uint32_t>(attempts_ * (all / objects) + first / objects);
+    // A distinct number for each pass of any rank; dropout depends on it.
+    input.step = static_cast<std::uint32_t>(attempts_ * passes() + first_pass() + first / objects);
     return model_->set_input(input);
 }
 
-Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& terms,
+Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, Outliers& outliers,
                      TrainStep& result) {
     SPLAT_TRY(set_input(batch, first, result));
     SPLAT_TRY(model_->forward_unread());
@@ -328,7 +349,8 @@ Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& t
     context_.charge = &result.render_seconds;
     for (std::uint32_t slot = 0; slot < config_.micro_batch; slot += drawn_)
         SPLAT_TRY(render(batch, first, slot, result));
-    if (config_.scale_terms) SPLAT_TRY(take_scales(first, terms));
+    if (config_.scale_terms)
+        SPLAT_TRY(take_scales(first_pass() + first / config_.micro_batch, outliers));
     context_.charge = &result.network_seconds;
     return model_->backward(true);
 }
@@ -336,7 +358,7 @@ Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& t
 Status Trainer::render(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot,
                        TrainStep& result) {
     const raster::RasterDesc& desc = rasterizer_->desc();
-    const auto cameras = part_of(batch.cameras, config_.batch_size, first + slot, drawn_);
+    const auto cameras = part_of(batch.cameras, objects_, first + slot, drawn_);
     const std::array<float, 3> background =
         config_.white_background ? std::array<float, 3>{1, 1, 1} : std::array<float, 3>{};
     SPLAT_ASSIGN(raster::PackedViews views, raster::pack_views(desc, cameras, background));
@@ -363,9 +385,7 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t first, std::uint32
 }
 
 Status Trainer::compare(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot) {
-    const auto part = [&](const auto& all) {
-        return part_of(all, config_.batch_size, first + slot, 1);
-    };
+    const auto part = [&](const auto& all) { return part_of(all, objects_, first + slot, 1); };
     if (sizes_)
         SPLAT_TRY(sizes_->draw(model_->set(slot), part(batch.cameras), loss_->pixel_weights()));
     SPLAT_TRY(batch.levels.empty() ? loss_->set_targets(part(batch.targets))

@@ -11,6 +11,8 @@
 #include "model/model.h"
 #include "model/weights.h"
 #include "raster/rasterizer.h"
+#include "run/group.h"
+#include "train/gradient_sum.h"
 #include "train/optimiser.h"
 #include "train/render_loss.h"
 #include "train/scale_terms.h"
@@ -18,7 +20,7 @@
 
 namespace splat::train {
 
-/// The images of one step, in host memory: B = batch_size objects with V input views and T target views
+/// The images of one step, in host memory: B = Trainer::objects() objects with V input views and T target views
 /// each, R x R pixels. Cameras are relative to the object's first input view.
 struct TrainBatch {
     std::span<const float> images;         ///< [B*V, input channels, R, R]
@@ -42,7 +44,10 @@ struct TrainStep {
     std::uint64_t non_finite = 0;  ///< numbers that the network gave which are NaN or infinite
     bool gradients_zero = false;   ///< gradients of all parameters are zero, to the last bit
     double rate = 0;               ///< learning rate of this update, or of the one that was skipped
-    double network_seconds = 0, render_seconds = 0, update_seconds = 0;
+    double network_seconds = 0, render_seconds = 0,
+           update_seconds = 0;         ///< on this rank, as the following
+    std::uint64_t exchange_bytes = 0;  ///< bytes sent to other ranks
+    double exchange_seconds = 0;       ///< time of exchange, with the wait for other ranks
 };
 
 /// Splatter Image's training: predict, render, compare, and back.
@@ -53,17 +58,29 @@ struct TrainStep {
 ///
 /// Accumulates the gradients of a batch in passes of micro_batch objects, weighted for the mean over the
 /// batch. The size of a pass changes only rounding and which activations dropout drops. CO3D's terms of
-/// scales are means over the outliers of the batch: passes that have some, except the last, run twice.
+/// scales are means over the outliers of the batch: passes that have some run twice, except the last of an odd number.
+///
+/// Ranks of a group make the same calls, each with its own objects of the batch. In a step the host then reads losses
+/// and counts, which all ranks get before they decide whether it updates. All but times is the same on all ranks.
 ///
 /// Errors       kShape and kInvalidArgument for a batch that does not fit, before anything ran; those of
-///              Context::run, after which the step counts as not done
-/// Determinism  the same bits for the same batches, seed and device
+///              Context::run, after which the step counts as not done; with a group those of any rank, on all
+/// Determinism  the same bits for the same batches, seed and device, and for any number of ranks whose group does not
+///              sum by itself
 /// Source       Szymanowicz et al. 2024, arXiv:2312.13150, section 3.3
 class Trainer {
   public:
+    /// `group`: null: no other ranks. Errors: also kInvalidArgument for a batch that ranks cannot share.
     static Result<std::unique_ptr<Trainer>> create(vk::Context& context,
                                                    const model::ModelConfig& network,
-                                                   const config::TrainConfig& config);
+                                                   const config::TrainConfig& config,
+                                                   run::Group* group = nullptr);
+
+    /// Objects of a batch that this rank trains on, and the first of them.
+    [[nodiscard]] std::uint32_t objects() const { return objects_; }
+    [[nodiscard]] std::uint32_t first_object() const {
+        return group_ == nullptr ? 0 : group_->rank() * objects_;
+    }
 
     /// Do a step; with `read` what became of it and of all unread steps goes to results(). An update that ran counts as
     /// unread until it is read, also if this fails afterwards.
@@ -71,6 +88,9 @@ class Trainer {
 
     /// Do a step, read all that is unread, and give the step's result; results() keeps those of the steps before it.
     Status step(const TrainBatch& batch, TrainStep& result);
+
+    /// Call it on a rank that cannot do the step which others begin, so that they get its error.
+    Status abstain(const Status& why) { return agreed(why); }
 
     /// Read what became of the steps since the last read.
     Status read();
@@ -114,8 +134,11 @@ class Trainer {
     Status resume(const io::WeightsFile& file);
 
   private:
-    Trainer(vk::Context& context, const config::TrainConfig& config)
-        : context_(context), config_(config) {}
+    Trainer(vk::Context& context, const config::TrainConfig& config, run::Group* group)
+        : context_(context),
+          config_(config),
+          group_(group != nullptr && group->count() > 1 ? group : nullptr),
+          objects_(config.batch_size / (group_ == nullptr ? 1 : group_->count())) {}
     Status build(const model::ModelConfig& network);
     Status build_optimiser();
     Status check(const TrainBatch& batch) const;
@@ -124,7 +147,9 @@ class Trainer {
         TrainStep step;
         double lpips_weight = 0, scale_loss = 0;
     };
+    Status prepare(const TrainBatch& batch);
     Status attempt(const TrainBatch& batch, Unread& made, bool read);
+    Status update(std::span<const std::byte> notes, Unread& made, bool read);
     /// All that is unread, or nothing.
     void take(std::span<const OptimiserRead> updates);
     [[nodiscard]] TrainStep result_of(const Unread& made, const OptimiserRead& update);
@@ -132,35 +157,57 @@ class Trainer {
     /// Lists that a step runs, if the rasterizer's arrays hold its pairs.
     [[nodiscard]] std::size_t lists_of_a_step() const;
 
-    /// CO3D's terms of scales in a step.
-    struct ScaleTerms {
-        ScaleOutliers outliers;  ///< outliers of the passes so far
-        std::vector<std::uint32_t>
-            waiting;  ///< first objects of passes that need those of later ones
-    };
+    /// Outliers of the passes of a batch, those of all ranks.
+    using Outliers = std::vector<ScaleOutliers>;
+    /// Passes of a batch, by all ranks, and the first of this rank.
+    [[nodiscard]] std::uint32_t passes() const { return config_.batch_size / config_.micro_batch; }
+    [[nodiscard]] std::uint32_t first_pass() const { return first_object() / config_.micro_batch; }
 
     /// Give the network the objects of a pass from `first` on; what runs next counts as its time.
     Status set_input(const TrainBatch& batch, std::uint32_t first, TrainStep& result);
-    Status pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& terms, TrainStep& result);
+    Status pass(const TrainBatch& batch, std::uint32_t first, Outliers& outliers,
+                TrainStep& result);
     /// Draw `drawn_` objects of the batch in one call, those from `slot` on of the pass, and compare each.
     Status render(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot,
                   TrainStep& result);
     Status compare(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot);
 
+    // trainer_group.cpp
+    /// The same status on all ranks.
+    Status agreed(const Status& mine) { return group_ == nullptr ? mine : group_->agree(mine); }
+    [[nodiscard]] std::uint64_t bytes_sent() const {
+        return group_ == nullptr ? 0 : group_->bytes_sent();
+    }
+    Status share(Outliers& outliers);
+    /// The notes of all ranks, and in `step` what they drew; empty without a group.
+    Result<std::vector<std::byte>> share_notes(TrainStep& step);
+    Status read_notes(std::span<std::byte> losses, std::span<std::byte> counts);
+    [[nodiscard]] std::uint64_t losses_bytes() const { return loss_->losses().bytes; }
+    [[nodiscard]] std::uint64_t counts_bytes() const {
+        return model_->output_ledger().counts().bytes;
+    }
+
     // scale_terms.cpp
     Result<std::vector<float>> read_scales(const gaussians::SetViews& set);
-    /// Count the outliers of a pass. The last pass knows those of the batch and adds its gradients; others
-    /// wait if they have some.
-    Status take_scales(std::uint32_t first, ScaleTerms& terms);
+    /// Whether a pass knows the outliers of the batch: the last one of an odd number, which one rank has.
+    [[nodiscard]] bool knows_all(std::uint32_t pass) const {
+        return passes() % 2 == 1 && pass + 1 == passes();
+    }
+    /// Count the outliers of a pass, and add the gradients of its terms if it knows all.
+    Status take_scales(std::uint32_t pass, Outliers& outliers);
     /// Add the gradients of the terms to those of the network's scales.
     Status add_to_gradients(std::span<const float> scales, const ScaleOutliers& batch);
-    /// Run a pass that waits once more, for the gradients of the terms alone.
-    Status repeat_for_scales(const TrainBatch& batch, std::uint32_t first,
-                             const ScaleOutliers& outliers, TrainStep& result);
+    /// Run passes that have outliers but did not know all once more, for the gradients of the terms alone.
+    Status repeat_for_scales(const TrainBatch& batch, const Outliers& outliers, TrainStep& result);
+    Status repeat_for_scales(const TrainBatch& batch, std::uint32_t first, const ScaleOutliers& all,
+                             TrainStep& result);
 
     vk::Context& context_;
     config::TrainConfig config_;
+    run::Group* group_;      ///< null: one rank
+    std::uint32_t objects_;  ///< objects of a batch on this rank
     std::unique_ptr<model::Model> model_;
+    std::optional<GradientSum> gradients_;
     std::unique_ptr<Optimiser> optimiser_;
     std::unique_ptr<raster::Rasterizer> rasterizer_;
     std::unique_ptr<RenderLoss> loss_;

@@ -69,6 +69,9 @@ void add_data(JsonWriter& json, const data::Dataset& dataset) {
     json.end().end();
 }
 
+/// What check_same_data() compares of add_data().
+constexpr const char* kDataFacts[] = {"split", "objects", "views", "stored_resolution", "hash"};
+
 constexpr std::pair<const char*, bool model::ImageChannels::*> kStartMaps[] = {
     {"depth", &model::ImageChannels::depth},
     {"normal", &model::ImageChannels::normal},
@@ -141,13 +144,23 @@ Result<Start> start_of(const JsonTree& run_json, const std::string& path) {
     return start;
 }
 
+void add_facts(std::vector<std::pair<std::string, std::string>>& facts,
+               const data::Dataset& dataset) {
+    JsonWriter json;
+    add_data(json, dataset);
+    const auto now = parse_json_tree(json.text(), "data");
+    for (const char* name : kDataFacts)
+        if (now.ok())
+            facts.emplace_back(format("the data's '%s'", name), text_of(now.value()[name]));
+}
+
 Result<bool> check_same_data(const JsonTree& run_json, const data::Dataset& dataset) {
     JsonWriter json;
     add_data(json, dataset);
     const auto now = parse_json_tree(json.text(), "data");
     const JsonTree* const before = run_json.find("data");
     if (before == nullptr || !now.ok()) return false;
-    for (const char* name : {"split", "objects", "views", "stored_resolution", "hash"}) {
+    for (const char* name : kDataFacts) {
         const JsonTree* const one = before->find(name);
         const std::string was = one == nullptr ? "" : text_of(*one);
         const std::string is = text_of(*now.value().find(name));

@@ -27,6 +27,10 @@ std::uint64_t trainable_of(const nn::Parameters& parameters);
 void add_facts(JsonWriter& json, const vk::Device& device, std::uint64_t seed,
                const nn::Parameters& parameters, const data::Dataset& dataset, const Start& start);
 
+/// What check_same_data() compares, for the ranks of a run: pairs of a name and its value.
+void add_facts(std::vector<std::pair<std::string, std::string>>& facts,
+               const data::Dataset& dataset);
+
 /// The start in a run.json, which `path` names. Errors: kFormat.
 Result<Start> start_of(const JsonTree& run_json, const std::string& path);
 

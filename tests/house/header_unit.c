@@ -57,6 +57,7 @@ splat_trainer_desc sample_trainer_desc;
 splat_trainer_batch sample_trainer_batch;
 splat_trainer_info sample_trainer_info;
 splat_training_desc sample_training_desc;
+splat_group sample_group;
 splat_fit_desc sample_fit_desc;
 splat_number sample_number;
 splat_run_event sample_run_event;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "io/tensor_file.h"
+#include "io/weights_file.h"
 #include "support/expect_status.h"
 #include "support/rng_fill.h"
 
@@ -46,6 +47,18 @@ inline io::NamedTensors linear_weights() {
                             io::NumberType::kF32,
                             std::vector<float>(static_cast<std::size_t>(channels[k]), 0.5F)}));
     return made;
+}
+
+/// Both as files of a folder, as opt.lpips_weights names them.
+inline std::vector<std::string> save_lpips_weights(const std::string& folder) {
+    const std::vector<std::string> paths = {folder + "/vgg16.safetensors",
+                                            folder + "/lpips.safetensors"};
+    io::WeightsFile file;
+    for (const std::string& path : paths) {
+        file.tensors = path == paths[0] ? vgg_weights() : linear_weights();
+        EXPECT_OK(io::save_weights(file, path));
+    }
+    return paths;
 }
 
 }  // namespace splat::test

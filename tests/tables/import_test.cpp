@@ -40,7 +40,7 @@ void expect_published(const fs::path& folder) {
     EXPECT_EQ(store.index().resolution, 4U);
     ASSERT_EQ(store.index().objects.size(), 2U);
     EXPECT_EQ(store.index().objects[0].name, "a");
-    EXPECT_EQ(store.index().objects[0].intrinsics, "4 2 2 0\n0 0 0\n1\n4 4\n");
+    EXPECT_EQ(need(store.intrinsics(0)), "4 2 2 0\n0 0 0\n1\n4 4\n");
     EXPECT_EQ(store.index().frames, (std::vector<std::int64_t>{0, 1, 2, 0, 1, 2}));
     for (std::uint64_t row = 0; row < 6; ++row) {
         const auto pose = need(store.pose(row));

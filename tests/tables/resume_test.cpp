@@ -264,21 +264,6 @@ TEST(Resume, StoreIsTakenAfterItsClearingEnded) {
     }
 }
 
-TEST(Resume, StoreOfTooManyObjectsIsRefusedBeforeItBegins) {
-    const SampleFolder folder;
-    StoreIndex index;
-    index.split = "train";
-    index.resolution = 4;
-    index.maps = {Table::kRgb};
-    index.objects.assign(200'000,
-                         {"0123456789abcdef", "131.25 64. 64. 0.\n0. 0. 0.\n1.\n4 4\n", 2});
-    index.frames.resize(2 * index.objects.size());
-    const fs::path store = folder / "store";
-    EXPECT_ERROR(StoreWriter::open(store.string(), std::move(index), false), Code::kUnsupported,
-                 "200000 objects take ");
-    EXPECT_FALSE(fs::exists(store));
-}
-
 TEST(Resume, ChangedFilesAreNoticed) {
     const SampleFolder folder;
     const fs::path source = folder / "srn";

@@ -121,12 +121,7 @@ TEST_P(TrainerLpips, TakesPart) {
     TrainConfig training = small_training();
     training.lpips_weight = 0.5;
     training.lpips_after = 1;
-    training.lpips_weights = {folder + "/vgg16.safetensors", folder + "/lpips.safetensors"};
-    io::WeightsFile file;
-    file.tensors = vgg_weights();
-    ASSERT_OK(io::save_weights(file, training.lpips_weights[0]));
-    file.tensors = linear_weights();
-    ASSERT_OK(io::save_weights(file, training.lpips_weights[1]));
+    training.lpips_weights = save_lpips_weights(folder);
     model::ModelConfig network = small_network();
     network.resolution = 16;  // the least that VGG16 takes
     const auto trainer = make(network, training);

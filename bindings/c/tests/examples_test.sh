@@ -44,7 +44,7 @@ build() {
         die "$name does not compile"
 }
 # shellcheck disable=SC2086
-for name in render predict fit fit_photos; do
+for name in render predict fit fit_photos ranks; do
     build "$name" "$source_dir/bindings/c/$name.c" "$cc" -std=c11 ${CFLAGS:-}
 done
 libs=-lvulkan
@@ -113,6 +113,15 @@ tail -n 1 printed
 tail -n 1 printed | awk '{ exit !($3 > 10 && $3 < 60 && $4 == "dB") }' || die "no score"
 [ "$(head -c 3 run/scene.ply)" = ply ] || die "fit_photos wrote no .ply file"
 
+# The same losses and weights for any number of ranks.
+for count in 1 2 4; do
+    "$temp/ranks" ranks_$count $count >losses_$count || die "ranks $count"
+    [ "$(wc -l <losses_$count)" = 5 ] || die "ranks $count: $(cat losses_$count)"
+    cmp losses_1 losses_$count || die "$count ranks have other losses than one"
+    cmp ranks_1/run/weights_last.safetensors ranks_$count/run/weights_last.safetensors ||
+        die "$count ranks have other weights than one"
+done
+
 # refuse <text> <program> <arguments>...: exit status 1 and a sentence with the text.
 refuse() {
     text=$1
@@ -127,4 +136,5 @@ refuse none.ply "$temp/render" none.ply view_
 refuse broken.png "$temp/predict" broken.png other.ply
 refuse view_0.png "$temp/fit" photos/view_0.png other.png
 refuse nowhere "$temp/fit_photos" nowhere other
+refuse "1, 2, 4" "$temp/ranks" ranks_3 3
 [ ! -e other.ply ] || die "a failed prediction wrote a file"

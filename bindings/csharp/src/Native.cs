@@ -529,9 +529,9 @@ namespace Splat.Interop
         ///                                     with the same import begun in another number of shards
         ///   SPLAT_ERROR_INVALID_STATE         another process imports into the folder, or the same shard
         ///   SPLAT_ERROR_NOT_FOUND             no such folder, table or split; no DuckDB, with how to get it
-        ///   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows, or
-        ///                                     objects (some 120,000) of more than 16 MiB in store.json;
-        ///                                     row groups that do not fit in that memory
+        ///   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows;
+        ///                                     many objects (some 120,000), one with a name of more than 512
+        ///                                     bytes; row groups that do not fit in that memory
         ///   SPLAT_ERROR_FORMAT                with table, column, row and file: missing columns, rows that
         ///                                     one table lacks, ids that occur twice, values of wrong length,
         ///                                     damaged files
@@ -3130,6 +3130,31 @@ namespace Splat.Interop
     [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
     public unsafe delegate int splat_progress_callback(void* user, ulong done, ulong total);
 
+    /// <summary>Send <c>bytes</c> bytes to rank <c>peer</c>, and receive as many from it, which makes the same call
+    /// at that time. <c>sent</c> and <c>received</c> do not overlap. Returns 0, or a number of its own where it
+    /// failed: then the run ends with an error that names it. Called by one thread at a time, never beside another
+    /// function of the group; it must not throw and not call the library. So do the next ones.</summary>
+    [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+    public unsafe delegate int splat_group_send_receive(void* user, uint peer, void* sent, void* received, ulong bytes);
+
+    /// <summary>Give <c>bytes</c> bytes of rank <c>root</c> to all ranks. data: in on <c>root</c>, out on the
+    /// others.</summary>
+    [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+    public unsafe delegate int splat_group_broadcast(void* user, uint root, void* data, ulong bytes);
+
+    /// <summary>Return when all ranks have called it.</summary>
+    [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+    public unsafe delegate int splat_group_barrier(void* user);
+
+    /// <summary>Replace <c>count</c> numbers by their sums over all ranks, in any order.</summary>
+    [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+    public unsafe delegate int splat_group_sum(void* user, float* values, ulong count);
+
+    /// <summary>Describe a number that a function returned, UTF-8, valid until the next call; NULL: nothing is
+    /// known.</summary>
+    [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+    public unsafe delegate byte* splat_group_describe(void* user, int number);
+
     /// <summary>A function of Vulkan, of any type, as PFN_vkVoidFunction.</summary>
     [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
     public unsafe delegate void splat_vulkan_function();
@@ -4023,6 +4048,25 @@ namespace Splat.Interop
         /** <summary>pixels, both ways; &gt;= 16</summary> */ public uint side;
     }
 
+    /// <summary>The ranks of a run, and how they reach each other. The struct is copied; functions and <c>user</c>
+    /// must live until the run is destroyed.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_group
+    {
+        public uint struct_size;
+        /** <summary>0 ... count - 1; 0 has the folder of the run</summary> */ public uint rank;
+        /** <summary>a power of two, at most 4096; 1: as without a group</summary> */ public uint count;
+        public uint reserved;
+        /** <summary>passed to the functions</summary> */ public void* user;
+        public IntPtr send_receive;
+        public IntPtr broadcast;
+        public IntPtr barrier;
+        /// <summary>NULL: gradients are summed in a fixed order, so that 1, 2, 4... ranks give the same bits. With it
+        /// they are summed by it, and the facts of the run say that it cannot be reproduced</summary>
+        public IntPtr sum;
+        /** <summary>NULL: errors have the number alone</summary> */ public IntPtr describe;
+    }
+
     /// <summary>A number by its name. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_number
@@ -4226,6 +4270,11 @@ namespace Splat.Interop
         public byte* init;
         /** <summary>SPLAT_LOAD_ bits; 0 without <c>init</c></summary> */ public LoadFlags init_flags;
         public uint reserved;
+        /// <summary>ranks that train together, each with a device of its own (splat_device_create): all open the run
+        /// with equal data, configuration and <c>init</c>, and call splat_run_next until its end; the folder is rank
+        /// 0's alone. opt.batch_size counts the objects of all, a multiple of ranks times opt.micro_batch. An error
+        /// on one is one on all, "rank 2: ...". NULL: one rank</summary>
+        public splat_group* group;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -4869,6 +4918,9 @@ namespace Splat.Interop
                 "struct_size:0:4 reserved:4:4 squared_error:8:8 psnr:16:8 ssim:24:8"),
             new NativeLayout(typeof(splat_lpips_desc), 32, false,
                 "struct_size:0:4 flags:4:4 next:8:8 weights:16:8 weight_count:24:4 side:28:4"),
+            new NativeLayout(typeof(splat_group), 64, false,
+                "struct_size:0:4 rank:4:4 count:8:4 reserved:12:4 user:16:8 send_receive:24:8 broadcast:32:8 " +
+                "barrier:40:8 sum:48:8 describe:56:8"),
             new NativeLayout(typeof(splat_number), 16, true,
                 "name:0:8 value:8:8"),
             new NativeLayout(typeof(splat_run_event), 160, false,
@@ -4898,9 +4950,9 @@ namespace Splat.Interop
                 "struct_size:0:4 skipped:4:4 step:8:8 pairs:16:8 loss:24:8 squared_error:32:8 pixel_loss:40:8 " +
                 "ssim:48:8 network_ms:56:8 render_ms:64:8 update_ms:72:8 lpips:80:8 visible:88:8 culled:96:8 " +
                 "non_finite:104:8 gradients_zero:112:4 reserved:116:4 rate:120:8 edge_loss:128:8"),
-            new NativeLayout(typeof(splat_training_desc), 80, false,
+            new NativeLayout(typeof(splat_training_desc), 88, false,
                 "struct_size:0:4 flags:4:4 next:8:8 folder:16:8 config:24:8 values:32:8 value_count:40:8 " +
-                "dataset:48:8 validation:56:8 init:64:8 init_flags:72:4 reserved:76:4"),
+                "dataset:48:8 validation:56:8 init:64:8 init_flags:72:4 reserved:76:4 group:80:8"),
             new NativeLayout(typeof(splat_evaluator_desc), 96, false,
                 "struct_size:0:4 flags:4:4 next:8:8 predictor:16:8 dataset:24:8 data_path:32:8 split:40:8 " +
                 "method:48:8 lpips:56:8 conditioning:64:8 conditioning_count:72:8 inputs:80:4 novel_views:84:4 " +

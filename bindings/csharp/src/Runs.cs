@@ -127,9 +127,16 @@ namespace Splat
                 arena.Hold(this);  // the event's texts live as long as the run
                 ++serial;
                 var native = new splat_run_event { struct_size = (uint)sizeof(splat_run_event) };
-                Check.Ok(Native.splat_run_next(handle, &native));
+                ResultCode code = Native.splat_run_next(handle, &native);
+                if (code < 0) Rethrow();
+                Check.Ok(code);
                 return new RunEvent(this, serial, &native);
             }
+        }
+
+        /// <summary>Throw what a function of the caller threw in a call that failed, if one did.</summary>
+        internal virtual void Rethrow()
+        {
         }
 
         /// <summary>
@@ -228,6 +235,11 @@ namespace Splat
         public LoadFlags InitFlags { get; set; }
         /// <summary>Resume, overwrite.</summary>
         public TrainingFlags Flags { get; set; }
+        /// <summary>
+        /// The ranks that train together, each on a device of its own: all open the training with equal data,
+        /// configuration and Init, and take its events; null: there are no others.
+        /// </summary>
+        public Ranks? Ranks { get; set; }
     }
 
     /// <summary>A training as a run; enumerate it to train.</summary>
@@ -235,6 +247,7 @@ namespace Splat
     {
         private readonly SafeDeviceHandle device;
         private readonly string folder;
+        private readonly Ranks? ranks;
 
         /// <summary>Open a run in a folder, which it makes or locks.</summary>
         public Training(Device device, string folder, TrainingOptions? options = null)
@@ -242,6 +255,16 @@ namespace Splat
         {
             this.device = device.Handle;
             this.folder = folder;
+            ranks = options?.Ranks;
+        }
+
+        internal override void Rethrow() => ranks?.Rethrow();
+
+        /// <summary>Release the run, which may tell other ranks.</summary>
+        protected override void Dispose(bool disposing)
+        {
+            base.Dispose(disposing);
+            GC.KeepAlive(ranks);
         }
 
         private static SafeRunHandle Create(Device device, string folder, TrainingOptions options)
@@ -262,8 +285,13 @@ namespace Splat
                     init = arena.Optional(options.Init, nameof(options.Init)),
                     init_flags = options.InitFlags,
                 };
+                splat_group group = options.Ranks?.Group() ?? default(splat_group);
+                if (options.Ranks != null) desc.group = &group;
                 IntPtr handle;
-                Check.Ok(Native.splat_training_open(device.Handle, &desc, &handle));
+                ResultCode code = Native.splat_training_open(device.Handle, &desc, &handle);
+                if (code < 0) options.Ranks?.Rethrow();
+                Check.Ok(code);
+                GC.KeepAlive(options.Ranks);
                 return new SafeRunHandle(handle, true);
             }
         }

@@ -1,7 +1,9 @@
-using System;
+using System.Collections.Concurrent;
 using System.Collections.Generic;
+using System.Runtime.ExceptionServices;
 using System.Runtime.InteropServices;
 using System.Threading;
+using System;
 using Splat.Interop;
 
 namespace Splat
@@ -237,6 +239,181 @@ namespace Splat
         {
             fixed (byte* data = &MemoryMarshal.GetReference(bytes))
                 Check.Ok(Native.splat_trainer_resume_memory(Handle, data, (UIntPtr)bytes.Length));
+        }
+    }
+
+    /// <summary>
+    /// The ranks of a training, and what this one reaches the others by: a class of yours. All ranks make the same
+    /// calls in the same order, on a thread of the library's choice. What a method throws ends the training and is
+    /// thrown by the call of it that runs; other ranks get it as a sentence, or wait until their own method gives up:
+    /// it needs a time limit. Each object serves one training.
+    /// </summary>
+    public abstract unsafe class Ranks
+    {
+        private const int TextBytes = 1000;
+
+        // The library holds their pointers, so they are never collected.
+        private static readonly splat_group_send_receive SendReceiveCall = CallSendReceive;
+        private static readonly splat_group_broadcast BroadcastCall = CallBroadcast;
+        private static readonly splat_group_barrier BarrierCall = CallBarrier;
+        private static readonly splat_group_sum SumCall = CallSum;
+        private static readonly splat_group_describe DescribeCall = CallDescribe;
+
+        // A training keeps its ranks; a call for others, such as at the end of the process, fails.
+        private static readonly ConcurrentDictionary<long, WeakReference<Ranks>> Known =
+            new ConcurrentDictionary<long, WeakReference<Ranks>>();
+        private static long last;
+
+        private readonly long id = Interlocked.Increment(ref last);
+        private readonly IntPtr text = Marshal.AllocHGlobal(TextBytes);
+        private Exception? thrown;
+
+        /// <summary>
+        /// Rank 0 ... count - 1, of which 0 has the folder of the run; count is a power of two, at most 4096.
+        /// </summary>
+        protected Ranks(int rank, int count)
+        {
+            Rank = rank;
+            Count = count;
+            Marshal.WriteByte(text, 0);
+            Known[id] = new WeakReference<Ranks>(this);
+        }
+
+        /// <summary>Frees the text of errors.</summary>
+        ~Ranks()
+        {
+            Known.TryRemove(id, out _);
+            Marshal.FreeHGlobal(text);
+        }
+
+        /// <summary>Number of this rank.</summary>
+        public int Rank { get; }
+        /// <summary>Number of ranks.</summary>
+        public int Count { get; }
+
+        /// <summary>Send bytes to a rank and receive as many from it, which makes the same call.</summary>
+        public abstract void SendReceive(int peer, ReadOnlySpan<byte> sent, Span<byte> received);
+
+        /// <summary>Give the bytes of rank `root` to all.</summary>
+        public abstract void Broadcast(int root, Span<byte> data);
+
+        /// <summary>Return when all ranks have called it.</summary>
+        public abstract void Barrier();
+
+        /// <summary>
+        /// Whether Sum sums gradients. If not, they are summed in a fixed order, and 1, 2, 4... ranks have the same
+        /// bits.
+        /// </summary>
+        public virtual bool Sums => false;
+
+        /// <summary>
+        /// Replace numbers by their sums over all ranks, in any order: then runs cannot be reproduced.
+        /// </summary>
+        public virtual void Sum(Span<float> values) =>
+            throw new NotImplementedException(GetType().Name + " has no Sum");
+
+        /// <summary>What the library calls; valid while the object lives.</summary>
+        internal splat_group Group() =>
+            new splat_group
+            {
+                struct_size = (uint)sizeof(splat_group),
+                rank = Check.Unsigned(Rank, "Ranks.Rank"),
+                count = Check.Unsigned(Count, "Ranks.Count"),
+                user = (void*)id,
+                send_receive = Marshal.GetFunctionPointerForDelegate(SendReceiveCall),
+                broadcast = Marshal.GetFunctionPointerForDelegate(BroadcastCall),
+                barrier = Marshal.GetFunctionPointerForDelegate(BarrierCall),
+                sum = Sums ? Marshal.GetFunctionPointerForDelegate(SumCall) : IntPtr.Zero,
+                describe = Marshal.GetFunctionPointerForDelegate(DescribeCall),
+            };
+
+        /// <summary>Throw what a method threw, if one did.</summary>
+        internal void Rethrow()
+        {
+            if (thrown != null) ExceptionDispatchInfo.Capture(thrown).Throw();
+        }
+
+        private static Ranks? Of(void* user) =>
+            Known.TryGetValue((long)user, out WeakReference<Ranks>? kept) && kept.TryGetTarget(out Ranks? found)
+                ? found
+                : null;
+
+        private int Failed(Exception error)
+        {
+            if (thrown == null) thrown = error;
+            byte[] bytes = System.Text.Encoding.UTF8.GetBytes(error.GetType().Name + ": " + error.Message);
+            int count = Math.Min(bytes.Length, TextBytes - 1);
+            while (count < bytes.Length && count > 0 && (bytes[count] & 0xC0) == 0x80) --count;  // whole letters
+            Marshal.Copy(bytes, 0, text, count);
+            Marshal.WriteByte(text, count, 0);
+            return 1;
+        }
+
+        private static int CallSendReceive(void* user, uint peer, void* sent, void* received, ulong bytes)
+        {
+            Ranks? ranks = Of(user);
+            if (ranks == null) return 1;
+            try
+            {
+                int count = checked((int)bytes);
+                ranks.SendReceive((int)peer, new ReadOnlySpan<byte>(sent, count), new Span<byte>(received, count));
+                return 0;
+            }
+            catch (Exception error)
+            {
+                return ranks.Failed(error);
+            }
+        }
+
+        private static int CallBroadcast(void* user, uint root, void* data, ulong bytes)
+        {
+            Ranks? ranks = Of(user);
+            if (ranks == null) return 1;
+            try
+            {
+                ranks.Broadcast((int)root, new Span<byte>(data, checked((int)bytes)));
+                return 0;
+            }
+            catch (Exception error)
+            {
+                return ranks.Failed(error);
+            }
+        }
+
+        private static int CallBarrier(void* user)
+        {
+            Ranks? ranks = Of(user);
+            if (ranks == null) return 1;
+            try
+            {
+                ranks.Barrier();
+                return 0;
+            }
+            catch (Exception error)
+            {
+                return ranks.Failed(error);
+            }
+        }
+
+        private static int CallSum(void* user, float* values, ulong count)
+        {
+            Ranks? ranks = Of(user);
+            if (ranks == null) return 1;
+            try
+            {
+                ranks.Sum(new Span<float>(values, checked((int)count)));
+                return 0;
+            }
+            catch (Exception error)
+            {
+                return ranks.Failed(error);
+            }
+        }
+
+        private static byte* CallDescribe(void* user, int number)
+        {
+            Ranks? ranks = Of(user);
+            return ranks == null ? null : (byte*)ranks.text;
         }
     }
 }

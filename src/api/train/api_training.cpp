@@ -3,6 +3,7 @@
 #include "api/run/run_desc.h"
 #include "api/train/settings.h"
 #include "api/train/trainer_info.h"
+#include "run/follower.h"
 #include "train/splatter_training.h"
 
 using namespace splat;
@@ -47,6 +48,33 @@ Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
     return desc;
 }
 
+/// Null: this rank is the only one. Errors: kInvalidArgument.
+Result<std::unique_ptr<run::Group>> group_of(const splat_training_desc& given) {
+    std::unique_ptr<run::Group> none;
+    if (given.group == nullptr) return none;
+    splat_group group{};
+    SPLAT_TRY(api::take_input(given.group, "splat_training_desc.group", group));
+    const run::GroupCalls calls{group.rank,      group.count,   group.user, group.send_receive,
+                                group.broadcast, group.barrier, group.sum,  group.describe};
+    SPLAT_TRY(run::Group::check(calls));
+    if (calls.count == 1) return none;
+    return std::make_unique<run::Group>(calls);
+}
+
+using Task = std::unique_ptr<train::SplatterTraining>;
+
+/// Check what needs no other rank. `made`: of rank 0.
+Result<Task> task_of(api::DeviceObject& owner, const splat_training_desc& given, run::Group* group,
+                     run::RunDesc& made) {
+    if (group == nullptr || group->leads())
+        SPLAT_SET(made, api::run_desc_of(given, SPLAT_TRAINING_RESUME, SPLAT_TRAINING_OVERWRITE));
+    made.group = group;
+    SPLAT_ASSIGN(train::TrainingDesc asked, desc_of(given));
+    asked.group = group;
+    SPLAT_TRY(owner.test(api::kAllKernels));
+    return std::make_unique<train::SplatterTraining>(owner.context, std::move(asked));
+}
+
 /// Errors: also kInvalidArgument for a run of another task.
 Result<std::shared_ptr<api::RunObject>> training_of(splat_run run) {
     SPLAT_ASSIGN(auto object, api::find(run));
@@ -63,15 +91,22 @@ splat_result splat_training_open(splat_device device, const splat_training_desc*
         SPLAT_ASSIGN(const auto owner, api::find(device));
         SPLAT_TRY(api::require(run, "run"));
         SPLAT_TRY(api::check_desc(desc, SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE));
-        SPLAT_ASSIGN(const run::RunDesc made,
-                     api::run_desc_of(*desc, SPLAT_TRAINING_RESUME, SPLAT_TRAINING_OVERWRITE));
-        SPLAT_ASSIGN(train::TrainingDesc asked, desc_of(*desc));
-        SPLAT_TRY(owner->test(api::kAllKernels));
-        const vk::DeviceCall call(owner->context->mutex);
-        auto task = std::make_unique<train::SplatterTraining>(owner->context, std::move(asked));
-        const train::SplatterTraining& training = *task;
+        splat_training_desc given{};
+        SPLAT_TRY(api::take_input(desc, "desc", given));
         auto object = std::make_shared<api::RunObject>(owner->context);
-        SPLAT_ASSIGN(object->run, run::Run::open(made, std::move(task), object->interrupt));
+        SPLAT_SET(object->group, group_of(given));
+        run::Group* const group = object->group.get();
+        run::RunDesc made;
+        auto task = task_of(*owner, given, group, made);
+        SPLAT_TRY(group == nullptr ? task.status() : group->agree(task.status()));
+        const train::SplatterTraining& training = *task.value();
+        const vk::DeviceCall call(owner->context->mutex);
+        if (group == nullptr || group->leads())
+            SPLAT_SET(object->run,
+                      run::Run::open(made, std::move(task.value()), object->interrupt));
+        else
+            SPLAT_SET(object->run, run::Follower::open(*group, splat_version_string(),
+                                                       std::move(task.value()), object->interrupt));
         object->trainer = training.trainer();
         object->figures.set(object->run->figures());
         *run = api::Runs::add(std::move(object));

@@ -62,6 +62,22 @@ void MisuseTable::training_rows() {
     session("nothing to resume", kState, [](auto& d) { d.flags = SPLAT_TRAINING_RESUME; });
     session("unknown init_flags", kArgument, [](auto& d) { d.init_flags = 1U << 31; });
     session("init_flags without init", kArgument, [](auto& d) { d.init_flags = SPLAT_LOAD_GRAFT; });
+    for (void (*set)(splat_group&) :
+         {+[](splat_group& g) { g.rank = 2; }, +[](splat_group& g) { g.count = 3; },
+          +[](splat_group& g) { g.barrier = nullptr; }, +[](splat_group& g) { g.reserved = 1; },
+          +[](splat_group& g) { g.struct_size -= 1; }})
+        session("a wrong group", kArgument, [set](auto& d) {
+            static splat_group group;
+            group = sized<splat_group>();
+            group.count = 2;
+            group.send_receive = [](void*, std::uint32_t, const void*, void*, std::uint64_t) {
+                return 1;
+            };
+            group.broadcast = [](void*, std::uint32_t, void*, std::uint64_t) { return 1; };
+            group.barrier = [](void*) { return 1; };
+            set(group);
+            d.group = &group;
+        });
     session("a data set of another resolution", kArgument, [](auto&) {});
     session("no data", kArgument, [](auto& d) { d.dataset = nullptr; });
     for (auto Desc::*field : {&Desc::dataset, &Desc::validation})

@@ -11,6 +11,7 @@ namespace vkrun {
 namespace {
 
 splat_log_level g_level = SPLAT_LOG_WARNING;
+std::string g_who;  ///< begins messages
 
 const char* level_name(splat_log_level level) {
     if (level >= SPLAT_LOG_ERROR) return "error";
@@ -28,7 +29,8 @@ bool is_repeated(splat_log_level level, const char* message) {
 
 void print_message(void*, splat_log_level level, const char* message) {
     if (is_repeated(level, message)) return;
-    std::fprintf(stderr, "vkrun: %s: %s\n", level_name(level), in_own_words(message).c_str());
+    std::fprintf(stderr, "vkrun: %s%s: %s\n", g_who.c_str(), level_name(level),
+                 in_own_words(message).c_str());
 }
 
 }  // namespace
@@ -40,6 +42,16 @@ void log_to_stderr() {
 void set_verbose(bool verbose) {
     g_level = verbose ? SPLAT_LOG_DEBUG : SPLAT_LOG_WARNING;
     log_to_stderr();
+}
+
+void speak_as(const std::string& who) {
+    g_who = who;
+    if (g_level == SPLAT_LOG_WARNING) g_level = SPLAT_LOG_ERROR;
+    log_to_stderr();
+}
+
+void print_failure(const std::string& sentence) {
+    std::fprintf(stderr, "vkrun: %s%s\n", g_who.c_str(), sentence.c_str());
 }
 
 }  // namespace vkrun

@@ -58,9 +58,12 @@ std::string version_text() {
            " (libsplat " + splat_version_string() + ")";
 }
 
+void (*g_end)(int exit_code, const std::string& sentence) = nullptr;
+
 int fail(int exit_code, const std::string& sentence) {
     std::fflush(stdout);
-    std::fprintf(stderr, "vkrun: %s\n", sentence.c_str());
+    if (g_end != nullptr) g_end(exit_code, sentence);
+    print_failure(sentence);
     return exit_code;
 }
 
@@ -101,6 +104,10 @@ int run_commands(int argc, char** argv, AddCommands add_commands) {
 }
 
 }  // namespace
+
+void on_failure(void (*end)(int exit_code, const std::string& sentence)) {
+    g_end = end;
+}
 
 int run_program(int argc, char** argv, AddCommands add_commands) {
     splat::os::prepare_program();

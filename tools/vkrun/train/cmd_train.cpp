@@ -16,6 +16,7 @@
 #include "vkrun/cli/options.h"
 #include "vkrun/config/merged_config.h"
 #include "vkrun/data/open_data.h"
+#include "vkrun/ranks/ranks.h"
 #include "vkrun/train/run_signals.h"
 #include "vkrun/train/training_view.h"
 #include "vkrun/weights/builtin_weights.h"
@@ -41,6 +42,9 @@ where opt.lr_schedule is cosine; anything else, such as other data in data.root,
 what a run wrote and leaves other files in OUT. peak_bytes in metrics.jsonl and run.json is the most device memory
 used so far, by training and validation.
 
+Under mpirun or srun, processes train one network, each on a device and with a part of opt.batch_size
+(docs/ranks.md); the first one has OUT. A signal for any of them saves and ends all.
+
 Exit status: 0 trained to the end, 1 failed, such as a full disk, 2 wrong usage or configuration, or OUT is in use,
 3 no device, 4 bad data, 5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, or
 200 drew nothing, 130 interrupted.
@@ -51,6 +55,7 @@ Examples:
   vkrun train --out run --resume
   vkrun train hydrants --data co3d --out run
   vkrun train tools/weights/cars64/cars64.yaml --init cars64 --data mine --out run
+  mpirun -n 4 vkrun train cars --data srn_cars --out run
   vkrun train cars_priors_depth --init model_cars.pth --data mine --out run2
 )";
 
@@ -67,6 +72,7 @@ struct TrainOptions {
     bool resume = false;
     bool overwrite = false;
     std::string device = "best";
+    RankOptions ranks;
     bool allow_missing = false;
     bool show = false;
     bool profile = false;
@@ -127,8 +133,8 @@ class StepCounts {
     int steps_ = 0;
 };
 
-/// The configuration as the file and --set give it; of a resumed run the library has the rest. Tables are imported.
-void check_config(const TrainOptions& options) {
+/// The configuration as the file and --set give it; of a resumed run the library has the rest. Rank 0 imports tables.
+void check_config(const TrainOptions& options, const Ranks& ranks) {
     if (options.resume && options.config.empty()) return;
     const Json config = merged_config(options.config, options.changes);
     const Json& data = config.at("data");
@@ -138,7 +144,7 @@ void check_config(const TrainOptions& options) {
         throw Failure(kUsageError, "no data: name its folder with --data, or as data.root");
     if (root.empty()) return;
     for (const char* split : {"train", "val"})
-        import_first(root, data.at("format").get<std::string>(), split);
+        if (ranks.leads()) import_first(root, data.at("format").get<std::string>(), split);
 }
 
 /// --set, --allow-missing, and --data as data.root.
@@ -149,7 +155,7 @@ std::vector<std::string> all_changes(const TrainOptions& options) {
     return changes;
 }
 
-Run open_training(splat_device device, const TrainOptions& options) {
+Run open_training(splat_device device, const TrainOptions& options, const Ranks& ranks) {
     const std::vector<std::string> changes = all_changes(options);
     std::vector<const char*> values;
     for (const std::string& change : changes) values.push_back(change.c_str());
@@ -158,6 +164,7 @@ Run open_training(splat_device device, const TrainOptions& options) {
     if (options.resume) desc.flags |= SPLAT_TRAINING_RESUME;
     if (options.overwrite) desc.flags |= SPLAT_TRAINING_OVERWRITE;
     desc.folder = options.out.c_str();
+    desc.group = ranks.group();
     if (!options.config.empty()) desc.config = config.c_str();
     desc.values = values.data();
     desc.value_count = values.size();
@@ -175,10 +182,11 @@ Run open_training(splat_device device, const TrainOptions& options) {
     return training;
 }
 
-/// Returns the kind of the event that ended it. `counts`: none without --profile.
-splat_run_event_kind run(splat_run training, const TrainOptions& options,
+/// Returns the kind of the event that ended it. `counts`: none without --profile. `shows`: this is rank 0.
+splat_run_event_kind run(splat_run training, const TrainOptions& options, bool shows,
                          std::optional<StepCounts>& counts) {
-    TrainingView view(options.out, options.device);
+    std::optional<TrainingView> view;
+    if (shows) view.emplace(options.out, options.device);
     auto event = sized<splat_run_event>();
     while (event.kind < SPLAT_EVENT_DONE) {
         if (run_interrupted()) check(splat_run_interrupt(training));
@@ -186,14 +194,41 @@ splat_run_event_kind run(splat_run training, const TrainOptions& options,
         try {
             check(result, result == SPLAT_ERROR_IO ? kFailed : kBadData);
         } catch (const Failure&) {
-            view.show_failure();
+            if (view) view->show_failure();
             throw;
         }
-        view.show(event);
+        if (view) view->show(event);
         if (counts) counts->add(event.kind);
-        prepare_farewell(event);
+        if (shows) prepare_farewell(event);
     }
     return event.kind;
+}
+
+int train_here(const TrainOptions& options, const Ranks& ranks) {
+    check_config(options, ranks);
+    ranks.wait("rank 0 to import tables, which 'vkrun data import' does before");
+    catch_run_signals(ranks.leads());
+    splat_device_desc desc = ranks.device_desc(options.device);
+    if (options.profile) desc.flags = SPLAT_DEVICE_PROFILE;
+    const Device device = open_device(desc);
+    const Run training = open_training(device.get(), options, ranks);
+    std::optional<StepCounts> counts;
+    if (options.profile && ranks.leads()) counts.emplace(device.get());
+    const splat_run_event_kind end = run(training.get(), options, ranks.leads(), counts);
+    if (counts && !options.json) counts->print();
+    if (options.json && ranks.leads()) {
+        Json report = library_json(splat_run_report, training.get());
+        if (counts) report["profile"] = counts->json();
+        print_json(report);
+    }
+    switch (end) {
+        case SPLAT_EVENT_DONE:
+            return kSuccess;
+        case SPLAT_EVENT_INTERRUPTED:
+            return kInterrupted;
+        default:
+            return kNotFinite;
+    }
 }
 
 int train(TrainOptions& options) {
@@ -211,29 +246,10 @@ int train(TrainOptions& options) {
             throw Failure(kUsageError, "--resume needs --out, the folder of the run");
         options.out = dated_folder();
     }
-    check_config(options);
-    catch_run_signals();
-    splat_device_desc desc = device_desc(options.device);
-    if (options.profile) desc.flags = SPLAT_DEVICE_PROFILE;
-    const Device device = open_device(desc);
-    const Run training = open_training(device.get(), options);
-    std::optional<StepCounts> counts;
-    if (options.profile) counts.emplace(device.get());
-    const splat_run_event_kind end = run(training.get(), options, counts);
-    if (counts && !options.json) counts->print();
-    if (options.json) {
-        Json report = library_json(splat_run_report, training.get());
-        if (counts) report["profile"] = counts->json();
-        print_json(report);
-    }
-    switch (end) {
-        case SPLAT_EVENT_DONE:
-            return kSuccess;
-        case SPLAT_EVENT_INTERRUPTED:
-            return kInterrupted;
-        default:
-            return kNotFinite;
-    }
+    const Ranks ranks(options.ranks);
+    const int status = train_here(options, ranks);
+    ranks.finish();
+    return status;
 }
 
 }  // namespace
@@ -271,6 +287,7 @@ void add_train(CLI::App& app, int& exit_code) {
     for (const char* other : {"--out", "--resume", "--overwrite", "--init", "--init-channels"})
         show->excludes(other);
     add_device_option(*command, t.device);
+    add_rank_options(*command, t.ranks);
     command->add_flag("--profile", t.profile,
                       "At the end, print lists, submits and bytes of a step, and times by\n"
                       "operator of the session; makes it slower");

@@ -42,7 +42,8 @@ void prepare_farewell(const splat_run_event& done) {
     g_farewell = splat::os::errors_on_terminal() ? text : text + 1;  // behind a bar
 }
 
-void catch_run_signals() {
+void catch_run_signals(bool tells) {
+    if (!tells) g_farewell = "";
     splat::os::catch_interrupts(on_interrupt, on_closed_pipe);
 }
 

@@ -5,7 +5,8 @@
 namespace vkrun {
 
 /// Let Ctrl-C, SIGTERM, SIGHUP and a closed pipe end a run after its piece of work; a third signal ends at once.
-void catch_run_signals();
+/// `tells`: the first one prints what is still done.
+void catch_run_signals(bool tells = true);
 
 /// True once such a signal came.
 bool run_interrupted();

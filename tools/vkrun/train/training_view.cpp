@@ -110,6 +110,11 @@ void TrainingView::show_step(const splat_run_event& event) {
     const std::optional<double> seconds = seconds_left(event);
     if (seconds) note_length(event, *seconds);
     const std::string left = seconds ? duration_text(*seconds) + " left" : "";
+    const double exchanged = number("exchange_bytes");
+    const std::string exchange =
+        std::isnan(exchanged) ? ""
+                              : format(", exchange %.0f of %s", number("exchange_ms"),
+                                       bytes_text(static_cast<std::uint64_t>(exchanged)).c_str());
     if (!bar_) {
         if (event.logged == 0) return;
         const double network = number("network_ms"), render = number("render_ms"),
@@ -117,10 +122,10 @@ void TrainingView::show_step(const splat_run_event& event) {
         std::fprintf(
             stderr,
             "step %llu/%llu: loss %.6f, PSNR %.2f dB, rate %.3g, %.0f of %.0f visible, "
-            "%.0f ms (network %.0f, render %.0f, update %.0f), device memory at most %s%s\n",
+            "%.0f ms (network %.0f, render %.0f, update %.0f%s), device memory at most %s%s\n",
             wide(event.step), wide(event.iterations), number("loss"), psnr, number("rate"), visible,
             visible + number("culled"), network + render + update, network, render, update,
-            memory.c_str(), (left.empty() ? "" : ", " + left).c_str());
+            exchange.c_str(), memory.c_str(), (left.empty() ? "" : ", " + left).c_str());
         return;
     }
     std::fprintf(stderr, "\rstep %llu/%llu  loss %.5f  PSNR %.2f  %.2f steps/s  %s  %s\033[K",

@@ -39,7 +39,7 @@ from .rasterizer import RasterState, Rasterizer, render
 from .run import Event, Fit, Run, Scoring
 from .scene import Scene, scene_formats
 from .tensor import Tensor
-from .training import Batch, Batches, Trainer, Training
+from .training import Batch, Batches, Ranks, Trainer, Training
 from .weights import Weights, builtin_weights
 
 __version__ = str(_lib.splat_version_string().decode())
@@ -51,7 +51,7 @@ __all__ = [
     "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Metric",
     "MissingName", "Model", "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
     "OutOfMemory", "Output", "Picture", "Pixel", "Port", "Precision", "Prediction", "Predictor",
-    "PriorModel", "RasterState", "Rasterizer", "Result", "Run", "RunEventKind", "Scene",
+    "PriorModel", "Ranks", "RasterState", "Rasterizer", "Result", "Run", "RunEventKind", "Scene",
     "SceneFormat", "Scoring", "ShapeMismatch", "SkipFlags", "Tensor", "Timeout", "Trainer", "Training",
     "Unsupported", "Verdict", "Weights", "animation_to_bytes", "builtin_weights", "cameras_to_bytes",
     "compare_depth", "compare_fidelity", "compare_images", "compare_masks", "compare_normals",

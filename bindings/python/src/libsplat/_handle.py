@@ -16,13 +16,18 @@ if TYPE_CHECKING:
 Own = TypeVar("Own", bound="Handle")
 
 
+def _destroy(function: Callable[[int], object], handle: int, needs: Any) -> None:
+    function(handle)
+
+
 class Keeper:
     """Keeps an object of the library, which is destroyed at the latest when nobody refers to this."""
 
-    def __init__(self, kind: str, handle: int) -> None:
+    def __init__(self, kind: str, handle: int, needs: Any = None) -> None:
+        """needs  lives until the object is destroyed"""
         self.handle = handle
         self.lent: List[None] = []  # one for each block of `Handle._lent`
-        self.destroy = weakref.finalize(self, getattr(lib, f"splat_{kind}_destroy"), handle)
+        self.destroy = weakref.finalize(self, _destroy, getattr(lib, f"splat_{kind}_destroy"), handle, needs)
 
 
 class Handle:
@@ -44,10 +49,10 @@ class Handle:
         made._device = made._keeper = made._lock = None
         return made
 
-    def _own(self, value: int, device: Optional["Device"] = None) -> None:
-        """Take an object that the library made."""
+    def _own(self, value: int, device: Optional["Device"] = None, needs: Any = None) -> None:
+        """Take an object that the library made, and what must live as long."""
         self._device = device
-        self._keeper = Keeper(self._kind, value)
+        self._keeper = Keeper(self._kind, value, needs)
 
     @classmethod
     def _of(cls: Type[Own], value: int, device: Optional["Device"] = None) -> Own:

@@ -971,6 +971,11 @@ MapFilterName = Literal["canny", "sobel", "scharr", "prewitt", "closing", "openi
 
 splat_log_callback = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
 splat_progress_callback = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint64)
+splat_group_send_receive = CFUNCTYPE(c_int32, c_void_p, c_uint32, c_void_p, c_void_p, c_uint64)
+splat_group_broadcast = CFUNCTYPE(c_int32, c_void_p, c_uint32, c_void_p, c_uint64)
+splat_group_barrier = CFUNCTYPE(c_int32, c_void_p)
+splat_group_sum = CFUNCTYPE(c_int32, c_void_p, POINTER(c_float), c_uint64)
+splat_group_describe = CFUNCTYPE(c_char_p, c_void_p, c_int32)
 splat_vulkan_function = CFUNCTYPE(None)
 splat_queue_callback = CFUNCTYPE(None, c_void_p)
 
@@ -1437,6 +1442,16 @@ class splat_lpips_desc(Structure):
     ]
 
 
+class splat_group(Structure):
+    struct_size: int; rank: int; count: int; reserved: int; user: Any; send_receive: Any; broadcast: Any
+    barrier: Any; sum: Any; describe: Any
+    _fields_ = [
+        ("struct_size", c_uint32), ("rank", c_uint32), ("count", c_uint32), ("reserved", c_uint32),
+        ("user", c_void_p), ("send_receive", splat_group_send_receive), ("broadcast", splat_group_broadcast),
+        ("barrier", splat_group_barrier), ("sum", splat_group_sum), ("describe", splat_group_describe),
+    ]
+
+
 class splat_number(Structure):
     name: Any; value: float
     _fields_ = [
@@ -1536,11 +1551,12 @@ class splat_trainer_info(Structure):
 
 class splat_training_desc(Structure):
     struct_size: int; flags: int; next: Any; folder: Any; config: Any; values: Any; value_count: int; dataset: Any
-    validation: Any; init: Any; init_flags: int; reserved: int
+    validation: Any; init: Any; init_flags: int; reserved: int; group: Any
     _fields_ = [
         ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("folder", c_char_p),
         ("config", c_char_p), ("values", POINTER(c_char_p)), ("value_count", c_uint64), ("dataset", c_void_p),
         ("validation", c_void_p), ("init", c_char_p), ("init_flags", c_uint32), ("reserved", c_uint32),
+        ("group", POINTER(splat_group)),
     ]
 
 
@@ -2017,6 +2033,10 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("weights", 16, 8), ("weight_count", 24, 4),
         ("side", 28, 4),
     )),
+    "splat_group": (splat_group, False, 64, (
+        ("struct_size", 0, 4), ("rank", 4, 4), ("count", 8, 4), ("reserved", 12, 4), ("user", 16, 8),
+        ("send_receive", 24, 8), ("broadcast", 32, 8), ("barrier", 40, 8), ("sum", 48, 8), ("describe", 56, 8),
+    )),
     "splat_number": (splat_number, True, 16, (
         ("name", 0, 8), ("value", 8, 8),
     )),
@@ -2063,10 +2083,10 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("non_finite", 104, 8), ("gradients_zero", 112, 4), ("reserved", 116, 4), ("rate", 120, 8),
         ("edge_loss", 128, 8),
     )),
-    "splat_training_desc": (splat_training_desc, False, 80, (
+    "splat_training_desc": (splat_training_desc, False, 88, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("folder", 16, 8), ("config", 24, 8),
         ("values", 32, 8), ("value_count", 40, 8), ("dataset", 48, 8), ("validation", 56, 8), ("init", 64, 8),
-        ("init_flags", 72, 4), ("reserved", 76, 4),
+        ("init_flags", 72, 4), ("reserved", 76, 4), ("group", 80, 8),
     )),
     "splat_evaluator_desc": (splat_evaluator_desc, False, 96, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("predictor", 16, 8), ("dataset", 24, 8),

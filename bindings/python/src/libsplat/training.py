@@ -1,14 +1,16 @@
-"""Training: a run with its folder, and the trainer and batches that it is made of."""
+"""Training: a run with its folder, of one process or several, and the trainer and batches that it is made of."""
 import threading
-from ctypes import byref, c_size_t, sizeof
-from typing import Any, Dict, List, Optional, Sequence, Union
+from ctypes import (CFUNCTYPE, addressof, byref, c_float, c_int32, c_size_t, c_uint8, c_void_p, cast,
+                    create_string_buffer, pointer, sizeof)
+from typing import Any, Callable, Dict, List, Optional, Sequence, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _native
-from ._arrays import ArrayLike, File, address, file_of, set_arrays
+from ._arrays import ArrayLike, File, Floats, address, file_of, set_arrays
 from ._dlpack import Memory
-from ._errors import check, direct
+from ._errors import Error, check, direct
 from ._handle import Handle, made
 from ._library import lib
 from ._records import TrainerInfo
@@ -17,8 +19,103 @@ from .camera import Camera, camera_array
 from .dataset import Config, Dataset, texts
 from .device import Device, default_device, whole
 from .model import Model
-from .run import Run
+from .run import Event, Run
 from .weights import Weights
+
+Bytes = NDArray[np.uint8]
+_Describe = CFUNCTYPE(c_void_p, c_void_p, c_int32)  # ctypes would leak a text that the function returns
+
+
+class Ranks:
+    """The ranks of a training, and what this one reaches the others by: a class of yours, with these methods.
+
+        class Gloo(splat.Ranks):
+            def send_receive(self, peer, sent, received): ...
+            def broadcast(self, root, data): ...
+            def barrier(self): ...
+
+        splat.Training("run", config, ranks=Gloo(rank, count))
+
+    All ranks make the same calls in the same order, on a thread of the library's choice. What a method raises ends the
+    training and is raised by the call of it that runs; other ranks get it as a sentence, or wait until their own
+    method gives up: it needs a time limit. Ctrl-C waits for a method that runs.
+    """
+
+    __slots__ = ("count", "rank")
+
+    def __init__(self, rank: int, count: int) -> None:
+        """rank  0 ... count - 1; 0 has the folder of the run. count  a power of two, at most 4096"""
+        self.rank, self.count = whole(rank, "rank"), whole(count, "count")
+
+    def send_receive(self, peer: int, sent: Bytes, received: Bytes) -> None:
+        """Send bytes to rank `peer` and receive as many from it, which makes the same call; `sent` must not change."""
+        raise NotImplementedError(f"{type(self).__name__} has no send_receive")
+
+    def broadcast(self, root: int, data: Bytes) -> None:
+        """Give the bytes of rank `root` to all."""
+        raise NotImplementedError(f"{type(self).__name__} has no broadcast")
+
+    def barrier(self) -> None:
+        """Return when all ranks have called it."""
+        raise NotImplementedError(f"{type(self).__name__} has no barrier")
+
+    def sum(self, values: Floats) -> None:
+        """Replace float32 numbers by their sums over all ranks, in any order: then runs cannot be reproduced.
+
+        A class without this method has gradients summed in a fixed order: 1, 2, 4... ranks have the same bits.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no sum")
+
+
+def _array(kind: Any, at: int, count: int) -> Any:
+    """Memory of the library as an array, without a copy."""
+    dtype = np.dtype(kind)
+    return np.frombuffer(memoryview((kind * count).from_address(at)), dtype) if count > 0 else np.empty(0, dtype)
+
+
+def _bytes(at: int, count: int) -> Bytes:
+    found: Bytes = _array(c_uint8, at, count)
+    return found
+
+
+class _Calls:
+    """A Ranks as functions of C, and what they raised first. It must live until the run is destroyed."""
+
+    def __init__(self, ranks: Ranks) -> None:
+        self.raised: Optional[BaseException] = None
+        self._text = create_string_buffer(b"", 1000)
+        self.raw = _native.splat_group(struct_size=sizeof(_native.splat_group), rank=ranks.rank, count=ranks.count)
+
+        def send_receive(user: Any, peer: int, sent: int, received: int, count: int) -> int:
+            return self._done(lambda: ranks.send_receive(peer, _bytes(sent, count), _bytes(received, count)))
+
+        def broadcast(user: Any, root: int, data: int, count: int) -> int:
+            return self._done(lambda: ranks.broadcast(root, _bytes(data, count)))
+
+        def sum_up(user: Any, values: Any, count: int) -> int:
+            numbers = _array(c_float, addressof(values.contents), count)
+            return self._done(lambda: ranks.sum(numbers))
+
+        self.raw.send_receive = _native.splat_group_send_receive(send_receive)
+        self.raw.broadcast = _native.splat_group_broadcast(broadcast)
+        self.raw.barrier = _native.splat_group_barrier(lambda user: self._done(ranks.barrier))
+        if type(ranks).sum is not Ranks.sum:
+            self.raw.sum = _native.splat_group_sum(sum_up)
+        self._describe = _Describe(lambda user, number: addressof(self._text))
+        self.raw.describe = cast(self._describe, _native.splat_group_describe)
+
+    def _done(self, call: Callable[[], None]) -> int:
+        """0, or 1 after an exception."""
+        try:
+            call()
+        except BaseException as error:
+            if self.raised is None:
+                self.raised = error.with_traceback(None)  # whose frames have memory of the library
+            text = f"{type(error).__name__}: {error}".encode("utf-8", "replace")[:999].decode("utf-8", "ignore")
+            self._text.value = text.encode()
+            return 1
+        return 0
+
 
 class Training(Run):
     """A training as a run: an iterator of events.
@@ -35,17 +132,21 @@ class Training(Run):
     dataset     None: the split train of data.root; validation: None with it: val of data.root
     init        file of weights to start from; None: opt.pretrained_ckpt, else random
     resume      go on from the latest state; overwrite: replace the run in the folder
+    ranks       the ranks that train together, each on a device of its own: all make this object with equal data,
+                configuration and `init`, and take its events; None: there are no others
     Raises InvalidArgument, InvalidState (the folder is in use, or holds something else), NotFound,
-    FormatError, IoError; the folder is then untouched.
+    FormatError, IoError; the folder is then untouched. Raises what a method of `ranks` does.
     """
 
-    __slots__ = ()
+    __slots__ = ("_calls",)
 
     def __init__(self, folder: PathLike, config: Config = None, *, values: Sequence[str] = (),
                  device: Optional[Device] = None, dataset: Optional[Dataset] = None,
                  validation: Optional[Dataset] = None, init: Optional[PathLike] = None,
-                 init_flags: int = 0, resume: bool = False, overwrite: bool = False) -> None:
+                 init_flags: int = 0, resume: bool = False, overwrite: bool = False,
+                 ranks: Optional[Ranks] = None) -> None:
         device = default_device() if device is None else device
+        self._calls = None if ranks is None else _Calls(ranks)
         bits = _native.TrainingFlags
         desc = _native.splat_training_desc(struct_size=sizeof(_native.splat_training_desc))
         desc.flags = flags_of((resume, bits.RESUME), (overwrite, bits.OVERWRITE))
@@ -54,9 +155,27 @@ class Training(Run):
         desc.dataset = None if dataset is None else dataset.handle
         desc.validation = None if validation is None else validation.handle
         desc.init, desc.init_flags = path_of(init, "init"), whole(init_flags, "init_flags")
-        self._own(made("run", direct, lib.splat_training_open, device.handle, byref(desc)), device)
+        if self._calls is not None:
+            desc.group = pointer(self._calls.raw)
+        try:
+            opened = made("run", direct, lib.splat_training_open, device.handle, byref(desc))
+        except Error as error:
+            raise self._raised(error) from None
+        self._own(opened, device, self._calls)
         self._lock = threading.RLock()
         self._begin()
+
+    def _raised(self, error: Error) -> BaseException:
+        """What a method of `ranks` raised, if it did, else the error."""
+        raised = None if self._calls is None else self._calls.raised
+        return error if raised is None else raised
+
+    def next(self) -> Event:
+        """Do as `Run.next`. Raises what a method of `ranks` does."""
+        try:
+            return super().next()
+        except Error as error:
+            raise self._raised(error) from None
 
     @property
     def last_step(self) -> TrainerInfo:

@@ -533,6 +533,29 @@ pub type splat_log_callback =
 pub type splat_progress_callback =
     Option<unsafe extern "C" fn(user: *mut c_void, done: u64, total: u64) -> i32>;
 
+/// Send `bytes` bytes to rank `peer`, and receive as many from it, which makes the same call at that time. `sent` and
+/// `received` do not overlap. Returns 0, or a number of its own where it failed: then the run ends with an error that
+/// names it. Called by one thread at a time, never beside another function of the group; it must not throw and not
+/// call the library. So do the next ones.
+pub type splat_group_send_receive =
+    Option<unsafe extern "C" fn(user: *mut c_void, peer: u32, sent: *const c_void, received: *mut c_void, bytes: u64) -> i32>;
+
+/// Give `bytes` bytes of rank `root` to all ranks. data: in on `root`, out on the others.
+pub type splat_group_broadcast =
+    Option<unsafe extern "C" fn(user: *mut c_void, root: u32, data: *mut c_void, bytes: u64) -> i32>;
+
+/// Return when all ranks have called it.
+pub type splat_group_barrier =
+    Option<unsafe extern "C" fn(user: *mut c_void) -> i32>;
+
+/// Replace `count` numbers by their sums over all ranks, in any order.
+pub type splat_group_sum =
+    Option<unsafe extern "C" fn(user: *mut c_void, values: *mut f32, count: u64) -> i32>;
+
+/// Describe a number that a function returned, UTF-8, valid until the next call; NULL: nothing is known.
+pub type splat_group_describe =
+    Option<unsafe extern "C" fn(user: *mut c_void, number: i32) -> *const c_char>;
+
 /// A function of Vulkan, of any type, as PFN_vkVoidFunction.
 pub type splat_vulkan_function =
     Option<unsafe extern "C" fn()>;
@@ -1324,6 +1347,24 @@ pub struct splat_lpips_desc {
     /** pixels, both ways; \>= 16 */ pub side: u32,
 }
 
+/// The ranks of a run, and how they reach each other. The struct is copied; functions and `user` must live until the
+/// run is destroyed.
+#[repr(C)] #[derive(Clone, Copy, Debug)]
+pub struct splat_group {
+    pub struct_size: u32,
+    /** 0 ... count - 1; 0 has the folder of the run */ pub rank: u32,
+    /** a power of two, at most 4096; 1: as without a group */ pub count: u32,
+    pub reserved: u32,
+    /** passed to the functions */ pub user: *mut c_void,
+    pub send_receive: splat_group_send_receive,
+    pub broadcast: splat_group_broadcast,
+    pub barrier: splat_group_barrier,
+    /// NULL: gradients are summed in a fixed order, so that 1, 2, 4... ranks give the same bits. With it they are
+    /// summed by it, and the facts of the run say that it cannot be reproduced
+    pub sum: splat_group_sum,
+    /** NULL: errors have the number alone */ pub describe: splat_group_describe,
+}
+
 /// A number by its name. Frozen.
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_number {
@@ -1502,6 +1543,11 @@ pub struct splat_training_desc {
     /** file of weights to start from; NULL: opt.pretrained_ckpt, else random */ pub init: *const c_char,
     /** SPLAT_LOAD_ bits; 0 without `init` */ pub init_flags: u32,
     pub reserved: u32,
+    /// ranks that train together, each with a device of its own (splat_device_create): all open the run with equal
+    /// data, configuration and `init`, and call splat_run_next until its end; the folder is rank 0's alone.
+    /// opt.batch_size counts the objects of all, a multiple of ranks times opt.micro_batch. An error on one is one on
+    /// all, "rank 2: ...". NULL: one rank
+    pub group: *const splat_group,
 }
 
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
@@ -1938,13 +1984,13 @@ zeroed! {
     splat_weights_info splat_op_desc splat_model_desc splat_model_info splat_model_input splat_model_gradients
     splat_module_desc splat_picture_cut_desc splat_predictor_desc splat_predictor_info splat_prediction
     splat_rasterizer_desc splat_gaussians_desc splat_gradients_desc splat_rasterizer_info splat_scene_render_desc
-    splat_image_info splat_image_scores splat_lpips_desc splat_run_event splat_optimizer_desc splat_optimizer_info
-    splat_trainer_desc splat_trainer_batch splat_trainer_info splat_training_desc splat_evaluator_desc
-    splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary splat_compare_desc
-    splat_comparison_info splat_metric_comparison splat_external_memory splat_fit_desc splat_prior_model_desc
-    splat_prior_model_info splat_normals_desc splat_depth_scores splat_normal_scores splat_mask_scores
-    splat_fidelity_scores splat_point_scores splat_vulkan_requirements splat_vulkan_desc splat_vulkan_target
-    splat_vulkan_frame
+    splat_image_info splat_image_scores splat_lpips_desc splat_group splat_run_event splat_optimizer_desc
+    splat_optimizer_info splat_trainer_desc splat_trainer_batch splat_trainer_info splat_training_desc
+    splat_evaluator_desc splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary
+    splat_compare_desc splat_comparison_info splat_metric_comparison splat_external_memory splat_fit_desc
+    splat_prior_model_desc splat_prior_model_info splat_normals_desc splat_depth_scores splat_normal_scores
+    splat_mask_scores splat_fidelity_scores splat_point_scores splat_vulkan_requirements splat_vulkan_desc
+    splat_vulkan_target splat_vulkan_frame
 }
 
 extern "C" {
@@ -2299,9 +2345,9 @@ extern "C" {
     ///                                     with the same import begun in another number of shards
     ///   SPLAT_ERROR_INVALID_STATE         another process imports into the folder, or the same shard
     ///   SPLAT_ERROR_NOT_FOUND             no such folder, table or split; no DuckDB, with how to get it
-    ///   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows, or
-    ///                                     objects (some 120,000) of more than 16 MiB in store.json;
-    ///                                     row groups that do not fit in that memory
+    ///   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows;
+    ///                                     many objects (some 120,000), one with a name of more than 512
+    ///                                     bytes; row groups that do not fit in that memory
     ///   SPLAT_ERROR_FORMAT                with table, column, row and file: missing columns, rows that
     ///                                     one table lacks, ids that occur twice, values of wrong length,
     ///                                     damaged files
@@ -4255,6 +4301,7 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_image_info", false, std::mem::size_of::<splat_image_info>()),
     ("splat_image_scores", false, std::mem::size_of::<splat_image_scores>()),
     ("splat_lpips_desc", false, std::mem::size_of::<splat_lpips_desc>()),
+    ("splat_group", false, std::mem::size_of::<splat_group>()),
     ("splat_number", true, std::mem::size_of::<splat_number>()),
     ("splat_run_event", false, std::mem::size_of::<splat_run_event>()),
     ("splat_optimizer_item", true, std::mem::size_of::<splat_optimizer_item>()),
@@ -4433,6 +4480,8 @@ mod tests {
         24, 8;);
         layout!(splat_lpips_desc, 32, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; weights: 16, 8; weight_count: 24,
         4; side: 28, 4;);
+        layout!(splat_group, 64, 8, struct_size: 0, 4; rank: 4, 4; count: 8, 4; reserved: 12, 4; user: 16, 8;
+        send_receive: 24, 8; broadcast: 32, 8; barrier: 40, 8; sum: 48, 8; describe: 56, 8;);
         layout!(splat_number, 16, 8, name: 0, 8; value: 8, 8;);
         layout!(splat_run_event, 160, 8, struct_size: 0, 4; kind: 4, 4; text: 8, 8; warning: 16, 4; updated: 20, 4;
         logged: 24, 4; reserved: 28, 4; step: 32, 8; attempts: 40, 8; iterations: 48, 8; skipped: 56, 8; peak_bytes:
@@ -4458,9 +4507,9 @@ mod tests {
         squared_error: 32, 8; pixel_loss: 40, 8; ssim: 48, 8; network_ms: 56, 8; render_ms: 64, 8; update_ms: 72, 8;
         lpips: 80, 8; visible: 88, 8; culled: 96, 8; non_finite: 104, 8; gradients_zero: 112, 4; reserved: 116, 4;
         rate: 120, 8; edge_loss: 128, 8;);
-        layout!(splat_training_desc, 80, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; folder: 16, 8; config: 24, 8;
+        layout!(splat_training_desc, 88, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; folder: 16, 8; config: 24, 8;
         values: 32, 8; value_count: 40, 8; dataset: 48, 8; validation: 56, 8; init: 64, 8; init_flags: 72, 4;
-        reserved: 76, 4;);
+        reserved: 76, 4; group: 80, 8;);
         layout!(splat_evaluator_desc, 96, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; predictor: 16, 8; dataset:
         24, 8; data_path: 32, 8; split: 40, 8; method: 48, 8; lpips: 56, 8; conditioning: 64, 8; conditioning_count:
         72, 8; inputs: 80, 4; novel_views: 84, 4; objects: 88, 4; reserved: 92, 4;);

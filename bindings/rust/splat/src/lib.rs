@@ -73,7 +73,10 @@ mod types {
     pub use crate::predictor::{Prediction, Predictor, PredictorDesc};
     pub use crate::priors::{NormalsDesc, PriorMaps, PriorModel, PriorModelDesc};
     pub use crate::rasterizer::{Gaussians, Gradients, RasterState, Rasterizer};
-    pub use crate::run::{Fit, FitDesc, Interrupter, Run, RunEvent, Scoring, Training, TrainingDesc};
+    pub use crate::run::{
+        Fit, FitDesc, Interrupter, Ranks, RanksResult, Run, RunEvent, Scoring, Training,
+        TrainingDesc,
+    };
     pub use crate::scene::{Scene, SceneDesc};
     pub use crate::tables::{ExportDesc, ImportDesc, Progress};
     pub use crate::tensor::{Element, ExternalMemory, Mapping, MappingMut, Tensor, TensorDesc};
