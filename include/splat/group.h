@@ -31,8 +31,8 @@ extern "C" {
 
 /* Send `bytes` bytes to rank `peer`, and receive as many from it, which makes the same call at that time. `sent` and
  * `received` do not overlap. Returns 0, or a number of its own where it failed: then the run ends with an error that
- * names it. Called by one thread at a time, never beside another function of the group; it must not throw and not call
- * the library. So do the next ones. */
+ * names it. Called by one thread at a time, also one of the library, never beside another function of the group; it
+ * must not throw and not call the library. So do the next ones. */
 typedef int32_t (*splat_group_send_receive)(void* user, uint32_t peer, const void* sent, void* received,
                                             uint64_t bytes);
 

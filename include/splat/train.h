@@ -411,10 +411,10 @@ SPLAT_API splat_result splat_batches_destroy(splat_batches batches);
  * Numbers of its events: of a step "psnr" (dB, of the step's targets; infinite if drawn exactly),
  * "pixel_loss", "rate", "pairs", "network_ms", "render_ms", "update_ms", "ssim", "edge" and "lpips"
  * where they are part of the loss, "visible", "culled", "non_finite", "gradients_zero"; as in
- * splat_trainer_info; with a group also "exchange_bytes", sent by this rank, and "exchange_ms", with the wait for other
- * ranks. Of an object, and as means over the objects: "val_psnr" and "val_ssim" of novel
- * views, NaN without one, "val_psnr_conditioning" and "val_ssim_conditioning" of the input views; of
- * a validation also "val_objects", "val_views" (novel ones) and "val_views_asked". */
+ * splat_trainer_info; with a group also "exchange_bytes", sent by this rank, and "exchange_ms" that the backward pass
+ * does not hide, with the wait for other ranks. Of an object, and as means over the objects: "val_psnr" and
+ * "val_ssim" of novel views, NaN without one, "val_psnr_conditioning" and "val_ssim_conditioning" of the input views;
+ * of a validation also "val_objects", "val_views" (novel ones) and "val_views_asked". */
 
 /* What becomes of a run that is in the folder. */
 enum {

@@ -104,6 +104,7 @@ Status Model::plan() {
     desc.outputs.push_back(raw_);
     desc.keep_prepared = options_.keep_prepared;
     desc.recompute = options_.recompute;
+    desc.backward_parts = options_.backward_parts;
     desc.backward = options_.gradients;
     if (options_.gradients) {
         desc.grad_outputs = outputs_;
@@ -314,14 +315,14 @@ Status Model::forward_unread() {
     return scope.finish();
 }
 
-Status Model::backward(bool of_sets) {
+Status Model::backward(bool of_sets, const nn::BetweenParts& between) {
     SPLAT_TRY(check_unmapped());
     if (input_changed_ || outside_writes_ != outside_->writes)
         return bad_state("backward was called after new inputs without their forward pass");
     vk::BatchScope scope(context_, batch_);
     if (gradient_rows_ != nullptr)
         SPLAT_TRY(context_.run(of_sets ? gradient_rows_->unpack : gradient_rows_->pack));
-    SPLAT_TRY(sliced_ == nullptr ? executor_->backward() : sliced_->backward());
+    SPLAT_TRY(sliced_ == nullptr ? executor_->backward(between) : sliced_->backward(between));
     if (!exchange_gradient_.empty()) SPLAT_TRY(context_.run(exchange_gradient_));
     return scope.finish();
 }

@@ -23,8 +23,9 @@ struct ModelOptions {
     std::uint64_t most_bytes = 0;
     bool gradients = false;  ///< plan and record the backward pass; else parameters have none
     bool input_gradient = false;
-    bool keep_prepared = true;  ///< see nn::ExecutorDesc
-    bool recompute = false;     ///< see nn::ExecutorDesc
+    bool keep_prepared = true;         ///< see nn::ExecutorDesc
+    bool recompute = false;            ///< see nn::ExecutorDesc
+    std::uint32_t backward_parts = 1;  ///< see nn::ExecutorDesc
     BuildOptions build;
 };
 
@@ -85,8 +86,9 @@ class Model {
 
     /// Compute the gradients of parameters from the written gradients of outputs, or `of_sets` from those of
     /// sets(true). Errors: kInvalidState after new inputs without their forward pass, or while a tensor of it is
-    /// mapped. After other errors the gradients may hold part of the batch and must be zeroed.
-    Status backward(bool of_sets = false);
+    /// mapped. After other errors the gradients may hold part of the batch and must be zeroed. `between`: see
+    /// nn::Executor::backward; gradients of parameters are final as executor().parts() says.
+    Status backward(bool of_sets = false, const nn::BetweenParts& between = {});
 
     /// Errors: kInvalidState while a tensor that shares its memory is mapped.
     [[nodiscard]] Status check_unmapped() const;

@@ -85,14 +85,14 @@ Status ObjectSlices::forward() {
     return {};
 }
 
-Status ObjectSlices::backward() {
+Status ObjectSlices::backward(const nn::BetweenParts& between) {
     if (!ran_)
         return bad_state(
             "backward was called without a forward pass of its own: run forward before each");
     for (std::uint32_t part = count_; part-- > 0;) {
         if (part + 1 < count_) SPLAT_TRY(run(part));
         SPLAT_TRY(context_.run(copies_[part].gradients));
-        const Status status = executor_.backward();
+        const Status status = executor_.backward(part == 0 ? between : nn::BetweenParts());
         if (status.code() != Code::kInvalidState)
             ran_ = false;  // refused: the activations are still valid
         SPLAT_TRY(status);

@@ -30,7 +30,8 @@ class ObjectSlices {
 
     /// Runs the executor on each slice, with its errors.
     Status forward();
-    Status backward();
+    /// `between`: between the parts of the last slice's pass.
+    Status backward(const nn::BetweenParts& between = {});
 
     /// An input or output of all objects.
     [[nodiscard]] const vk::BufferView& tensor(nn::ValueId id) const {

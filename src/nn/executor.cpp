@@ -1,5 +1,7 @@
 #include "nn/executor.h"
 
+#include <algorithm>
+
 #include "core/log.h"
 #include "nn/executor_plan.h"
 #include "ops/add.h"
@@ -42,8 +44,11 @@ Status record_forward(vk::Recorder& recorder, const Graph& graph, const Executor
     return node.row->forward(recorder, node.attributes, views);
 }
 
-Status record_backward(vk::Recorder& recorder, const Graph& graph, const ExecutorPlan& plan) {
-    for (const auto& call : plan.backward) {
+/// The calls first ... end - 1 of the backward pass.
+Status record_calls(vk::Recorder& recorder, const Graph& graph, const ExecutorPlan& plan,
+                    std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+        const ExecutorPlan::Call& call = plan.backward[i];
         if (call.replay) {
             SPLAT_TRY(record_forward(recorder, graph, plan, call));
             continue;
@@ -100,14 +105,29 @@ Result<std::unique_ptr<Executor>> Executor::create(vk::Context& context, const G
         return made;
     }
 
-    vk::Recorder recorder(context);
-    for (const ValueId id : desc.grad_outputs)
-        SPLAT_TRY(pack(recorder, made->grad_ports_.at(id), plan->grad_view(id)));
-    SPLAT_TRY(record_backward(recorder, graph, *plan));
-    for (const ValueId id : desc.grad_inputs)
-        SPLAT_TRY(unpack(recorder, plan->grad_view(id), made->grad_ports_.at(id)));
-    SPLAT_ASSIGN(made->backward_, recorder.finish());
+    SPLAT_TRY(made->record_backward(*plan, desc));
     return made;
+}
+
+Status Executor::record_backward(const ExecutorPlan& plan, const ExecutorDesc& desc) {
+    const std::vector<std::size_t> ends = plan.cut_backward(desc.backward_parts);
+    for (std::size_t part = 0; part < ends.size(); ++part) {
+        vk::Recorder recorder(context_);
+        if (part == 0)
+            for (const ValueId id : desc.grad_outputs)
+                SPLAT_TRY(pack(recorder, grad_ports_.at(id), plan.grad_view(id)));
+        SPLAT_TRY(record_calls(recorder, graph_, plan, part == 0 ? 0 : ends[part - 1], ends[part]));
+        if (part + 1 == ends.size())
+            for (const ValueId id : desc.grad_inputs)
+                SPLAT_TRY(unpack(recorder, plan.grad_view(id), grad_ports_.at(id)));
+        SPLAT_SET(backward_.emplace_back(), recorder.finish());
+    }
+    parts_.count = static_cast<std::uint32_t>(ends.size());
+    for (const std::size_t call : plan.last_calls()) {
+        const auto part = call == kNone ? ends.begin() : std::ranges::upper_bound(ends, call);
+        parts_.final_in.push_back(static_cast<std::uint32_t>(part - ends.begin()));
+    }
+    return {};
 }
 
 /// The plan, with memory for all tensors; where that is short, nothing is kept for backward passes.
@@ -193,8 +213,8 @@ Status Executor::forward() {
     return {};
 }
 
-Status Executor::backward() {
-    if (backward_.empty())
+Status Executor::backward(const BetweenParts& between) {
+    if (std::ranges::all_of(backward_, &vk::CommandList::empty))
         return bad_state("backward was called on a network made without gradients");
     forget_dropped();
     if (!ran_)
@@ -203,7 +223,11 @@ Status Executor::backward() {
     if (parameters_.revision() != ran_revision_)
         return bad_state("backward was called after parameters had changed: run forward again");
     ran_ = separate_;
-    return context_.run(backward_);
+    for (std::uint32_t part = 0; part < parts_.count; ++part) {
+        if (part > 0 && between) SPLAT_TRY(between(part - 1));
+        SPLAT_TRY(context_.run(backward_[part]));
+    }
+    return {};
 }
 
 }  // namespace splat::nn

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -15,9 +16,22 @@ namespace splat::nn {
 
 class ExecutorPlan;
 
+/// The parts of a backward pass, and the part after which the gradient of each parameter does not change any more.
+struct BackwardParts {
+    std::uint32_t count = 1;
+    std::vector<std::uint32_t>
+        final_in;  ///< by index of Parameters::all(); 0 where none is computed
+};
+
+/// Called between the parts of a backward pass, with the number of the one that was run.
+using BetweenParts = std::function<Status(std::uint32_t part)>;
+
 struct ExecutorDesc {
-    std::vector<ValueId> outputs;       ///< readable after forward and backward
-    bool backward = false;              ///< plan and record the backward pass
+    std::vector<ValueId> outputs;  ///< readable after forward and backward
+    bool backward = false;         ///< plan and record the backward pass
+    /// Lists of the backward pass, at most. They are cut so that calls and bytes of final gradients are shared out
+    /// evenly, in the same places on any device.
+    std::uint32_t backward_parts = 1;
     std::vector<ValueId> grad_outputs;  ///< outputs for which the caller writes gradients
     std::vector<ValueId> grad_inputs;   ///< inputs for which gradients are computed
     /// Keep the prepared form of parameters that do not change, instead of preparing them in every run:
@@ -85,8 +99,10 @@ class Executor {
 
     /// Call once after each forward (unless ExecutorDesc::separate): it overwrites forward's saved values.
     /// kInvalidState otherwise, without ExecutorDesc::backward, or if parameters have changed since;
-    /// gradients are then unchanged.
-    Status backward();
+    /// gradients are then unchanged. An error of `between` ends the pass.
+    Status backward(const BetweenParts& between = {});
+
+    [[nodiscard]] const BackwardParts& parts() const { return parts_; }
 
     /// Tensors that the nodes have saved for the backward pass, in their order; with ExecutorDesc::separate.
     [[nodiscard]] const std::vector<vk::BufferView>& saved() const { return saved_; }
@@ -102,6 +118,7 @@ class Executor {
     Result<std::unique_ptr<ExecutorPlan>> placed(ExecutorDesc desc);
     Status record(const ExecutorPlan& plan, vk::CommandList& prepare,
                   vk::CommandList& forward) const;
+    Status record_backward(const ExecutorPlan& plan, const ExecutorDesc& desc);
     Status keep_prepared(ExecutorPlan& plan);
     void forget_dropped();
 
@@ -114,7 +131,8 @@ class Executor {
     std::vector<vk::Buffer> buffers_;
     vk::CommandList prepare_;
     vk::CommandList forward_;
-    vk::CommandList backward_;
+    std::vector<vk::CommandList> backward_;  ///< by part
+    BackwardParts parts_;
     std::unique_ptr<ExecutorPlan> plan_;  ///< null once prepared parameters are kept
     std::uint64_t prepared_revision_ = 0;
     std::uint64_t ran_revision_ = 0;

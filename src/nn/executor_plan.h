@@ -61,6 +61,11 @@ class ExecutorPlan {
     [[nodiscard]] ops::OpViews forward_views(const Call& call) const;
     [[nodiscard]] ops::OpViews backward_views(const Call& call) const;
 
+    /// The ends of as many parts of the backward pass, fewer if it has fewer calls.
+    [[nodiscard]] std::vector<std::size_t> cut_backward(std::uint32_t parts) const;
+    /// By parameter, the last call of the backward pass that adds to its gradient; kNone without one.
+    [[nodiscard]] std::vector<std::size_t> last_calls() const;
+
     [[nodiscard]] vk::BufferView value_view(ValueId id) const;
     [[nodiscard]] vk::BufferView grad_view(ValueId id) const;
     [[nodiscard]] const vk::BufferView& view(std::size_t tensor) const {

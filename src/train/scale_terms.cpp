@@ -88,16 +88,17 @@ Status Trainer::repeat_for_scales(const TrainBatch& batch, const Outliers& outli
                                   TrainStep& result) {
     const ScaleOutliers all = sum_of(outliers);
     if (!all.any()) return {};
-    const auto repeat = [&](std::uint32_t slice) -> Status {
+    const auto repeat = [&](std::uint32_t slice, const nn::BetweenParts& between) -> Status {
         const std::uint32_t pass = first_pass() + slice;
         if (!outliers[pass].any() || knows_all(pass)) return {};
-        return repeat_for_scales(batch, slice * config_.micro_batch, all, result);
+        return repeat_for_scales(batch, slice * config_.micro_batch, all, result, between);
     };
     return gradients_->add(repeat, result.exchange_seconds);
 }
 
 Status Trainer::repeat_for_scales(const TrainBatch& batch, std::uint32_t first,
-                                  const ScaleOutliers& all, TrainStep& result) {
+                                  const ScaleOutliers& all, TrainStep& result,
+                                  const nn::BetweenParts& between) {
     SPLAT_TRY(set_input(batch, first, result));
     SPLAT_TRY(model_->forward_unread());
     const gaussians::SetViews gradients = model_->sets(true);
@@ -105,7 +106,7 @@ Status Trainer::repeat_for_scales(const TrainBatch& batch, std::uint32_t first,
     SPLAT_TRY(context_.fill(gradients.colors, 0));
     SPLAT_ASSIGN(const std::vector<float> scales, read_scales(model_->sets()));
     SPLAT_TRY(add_to_gradients(scales, all));
-    return model_->backward(true);
+    return model_->backward(true, between);
 }
 
 }  // namespace splat::train

@@ -11,6 +11,8 @@ namespace {
 constexpr std::uint32_t kLeastRows = 16, kMostRows = 256;  ///< steps that may be unread
 /// Joined lists that are kept. Each holds the network, so that more of them would take too much memory.
 constexpr std::size_t kLeastLists = 32, kMostLists = 512;
+/// Parts of a backward pass behind which ranks exchange gradients: more hide more, but the device waits after each.
+constexpr std::uint32_t kBackwardParts = 8;
 
 Result<vk::CommandList> copy_of(vk::Context& context, const vk::BufferView& from,
                                 const vk::BufferView& to) {
@@ -96,11 +98,12 @@ Status Trainer::build(const model::ModelConfig& network) {
     options.objects = config_.micro_batch;
     options.gradients = true;
     options.recompute = config_.recompute;
+    if (group_ != nullptr) options.backward_parts = kBackwardParts;
     options.build.training = true;
     options.build.precision = config_.precision;
     SPLAT_ASSIGN(model_, model::Model::create(context_, network, options));
     SPLAT_SET(gradients_, GradientSum::create(context_, model_->parameters(), passes(), group_,
-                                              config_.scale_terms));
+                                              config_.scale_terms, model_->executor().parts()));
     raster::RasterDesc desc;  // one object's
     desc.gaussians = network.gaussians();
     desc.views = config_.targets;
@@ -257,8 +260,8 @@ Status Trainer::attempt(const TrainBatch& batch, Unread& made, bool read_it) {
     vk::BatchScope scope(context_, batch_);
     const std::uint64_t sent = bytes_sent();
     Outliers outliers(passes());
-    const auto slice = [&](std::uint32_t number) {
-        return pass(batch, number * config_.micro_batch, outliers, made.step);
+    const auto slice = [&](std::uint32_t number, const nn::BetweenParts& between) {
+        return pass(batch, number * config_.micro_batch, outliers, made.step, between);
     };
     SPLAT_TRY(gradients_->sum(slice, made.step.exchange_seconds));
     if (config_.scale_terms) {
@@ -342,7 +345,7 @@ Status Trainer::set_input(const TrainBatch& batch, std::uint32_t first, TrainSte
 }
 
 Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, Outliers& outliers,
-                     TrainStep& result) {
+                     TrainStep& result, const nn::BetweenParts& between) {
     SPLAT_TRY(set_input(batch, first, result));
     SPLAT_TRY(model_->forward_unread());
     SPLAT_TRY(context_.run(note_counts_[first / config_.micro_batch]));
@@ -352,7 +355,7 @@ Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, Outliers& out
     if (config_.scale_terms)
         SPLAT_TRY(take_scales(first_pass() + first / config_.micro_batch, outliers));
     context_.charge = &result.network_seconds;
-    return model_->backward(true);
+    return model_->backward(true, between);
 }
 
 Status Trainer::render(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot,

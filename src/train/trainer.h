@@ -47,7 +47,8 @@ struct TrainStep {
     double network_seconds = 0, render_seconds = 0,
            update_seconds = 0;         ///< on this rank, as the following
     std::uint64_t exchange_bytes = 0;  ///< bytes sent to other ranks
-    double exchange_seconds = 0;       ///< time of exchange, with the wait for other ranks
+    /// Time of exchange that the backward pass does not hide, with the wait for other ranks.
+    double exchange_seconds = 0;
 };
 
 /// Splatter Image's training: predict, render, compare, and back.
@@ -165,8 +166,8 @@ class Trainer {
 
     /// Give the network the objects of a pass from `first` on; what runs next counts as its time.
     Status set_input(const TrainBatch& batch, std::uint32_t first, TrainStep& result);
-    Status pass(const TrainBatch& batch, std::uint32_t first, Outliers& outliers,
-                TrainStep& result);
+    Status pass(const TrainBatch& batch, std::uint32_t first, Outliers& outliers, TrainStep& result,
+                const nn::BetweenParts& between);
     /// Draw `drawn_` objects of the batch in one call, those from `slot` on of the pass, and compare each.
     Status render(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot,
                   TrainStep& result);
@@ -200,7 +201,7 @@ class Trainer {
     /// Run passes that have outliers but did not know all once more, for the gradients of the terms alone.
     Status repeat_for_scales(const TrainBatch& batch, const Outliers& outliers, TrainStep& result);
     Status repeat_for_scales(const TrainBatch& batch, std::uint32_t first, const ScaleOutliers& all,
-                             TrainStep& result);
+                             TrainStep& result, const nn::BetweenParts& between);
 
     vk::Context& context_;
     config::TrainConfig config_;

@@ -87,11 +87,11 @@ TEST_F(GradientSums, AreThoseOfTheTree) {
                         need(GradientSum::create(context, *made.parameters, slices, group, true));
                     const std::uint32_t first = rank * slices / ranks;
                     double seconds = 0;
-                    EXPECT_OK(sum.sum([&](std::uint32_t i) { return made.add(all[first + i]); },
-                                      seconds));
-                    EXPECT_OK(
-                        sum.add([&](std::uint32_t i) { return made.add(all[slices + first + i]); },
-                                seconds));
+                    EXPECT_OK(sum.sum(
+                        [&](std::uint32_t i, auto&) { return made.add(all[first + i]); }, seconds));
+                    EXPECT_OK(sum.add(
+                        [&](std::uint32_t i, auto&) { return made.add(all[slices + first + i]); },
+                        seconds));
                     EXPECT_TRUE(made.gradients() == expected);
                     EXPECT_EQ(seconds > 0, group != nullptr);
                 });
@@ -106,12 +106,12 @@ TEST_F(GradientSums, FailOnAllRanks) {
         double seconds = 0;
         const std::vector<float> ones(made.size(), 1.0F);
         const Status failed = sum.sum(
-            [&](std::uint32_t i) {
+            [&](std::uint32_t i, auto&) {
                 return rank == 2 && i == 1 ? invalid("no more") : made.add(ones);
             },
             seconds);
         EXPECT_ERROR(failed, Code::kInvalidArgument, "rank 2: no more");
-        EXPECT_OK(sum.sum([&](std::uint32_t) { return made.add(ones); }, seconds));
+        EXPECT_OK(sum.sum([&](std::uint32_t, auto&) { return made.add(ones); }, seconds));
         EXPECT_EQ(made.gradients().front(), 8.0F);
     });
 }
@@ -133,7 +133,7 @@ TEST_F(GradientSums, CanBeThoseOfTheGroup) {
             need(GradientSum::create(rank_context(given.rank), *made.parameters, 4, &group, false));
         double seconds = 0;
         const std::vector<float> ones(made.size(), 1.0F);
-        EXPECT_OK(sum.sum([&](std::uint32_t) { return made.add(ones); }, seconds));
+        EXPECT_OK(sum.sum([&](std::uint32_t, auto&) { return made.add(ones); }, seconds));
         EXPECT_EQ(made.gradients(), std::vector<float>(made.size(), 102.0F));
         EXPECT_GE(group.bytes_sent(), 4 * made.size());
     });

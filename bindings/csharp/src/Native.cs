@@ -3132,8 +3132,9 @@ namespace Splat.Interop
 
     /// <summary>Send <c>bytes</c> bytes to rank <c>peer</c>, and receive as many from it, which makes the same call
     /// at that time. <c>sent</c> and <c>received</c> do not overlap. Returns 0, or a number of its own where it
-    /// failed: then the run ends with an error that names it. Called by one thread at a time, never beside another
-    /// function of the group; it must not throw and not call the library. So do the next ones.</summary>
+    /// failed: then the run ends with an error that names it. Called by one thread at a time, also one of the
+    /// library, never beside another function of the group; it must not throw and not call the library. So do the
+    /// next ones.</summary>
     [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
     public unsafe delegate int splat_group_send_receive(void* user, uint peer, void* sent, void* received, ulong bytes);
 

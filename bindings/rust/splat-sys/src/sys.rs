@@ -535,8 +535,8 @@ pub type splat_progress_callback =
 
 /// Send `bytes` bytes to rank `peer`, and receive as many from it, which makes the same call at that time. `sent` and
 /// `received` do not overlap. Returns 0, or a number of its own where it failed: then the run ends with an error that
-/// names it. Called by one thread at a time, never beside another function of the group; it must not throw and not
-/// call the library. So do the next ones.
+/// names it. Called by one thread at a time, also one of the library, never beside another function of the group; it
+/// must not throw and not call the library. So do the next ones.
 pub type splat_group_send_receive =
     Option<unsafe extern "C" fn(user: *mut c_void, peer: u32, sent: *const c_void, received: *mut c_void, bytes: u64) -> i32>;
 
