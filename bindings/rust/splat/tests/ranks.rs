@@ -2,13 +2,11 @@
 
 mod support;
 
-use splat::{
-    Code, Device, Ranks, RanksResult, RunEventKind, SyntheticDesc, Training, TrainingDesc,
-};
+use splat::{Code, Device, Ranks, RanksResult, RunEventKind, Training, TrainingDesc};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{channel, Receiver, Sender};
 use std::time::Duration;
-use support::{device, Folder};
+use support::{cars, device, Folder};
 
 const CONFIG: &str = "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], \
                       attention_resolutions: [8]}\ndata: {training_resolution: 16}\n\
@@ -102,17 +100,7 @@ impl Ranks for Threads {
 }
 
 fn data(folder: &Folder) -> String {
-    let path = folder.join("data");
-    let desc = SyntheticDesc {
-        path: Some(&path),
-        seed: 1,
-        resolution: 16,
-        train_views: 4,
-        train_objects: 4,
-        ..Default::default()
-    };
-    (0..4).for_each(|index| splat::synthetic_write(&desc, index).unwrap());
-    format!("data.root='{}'", path.display())
+    format!("data.root='{}'", cars(folder, 4).display())
 }
 
 fn desc<'a>(folder: &'a Path, values: &'a [&'a str]) -> TrainingDesc<'a> {

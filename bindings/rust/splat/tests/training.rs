@@ -4,29 +4,14 @@ mod support;
 
 use splat::{
     config, Batches, Code, Dataset, DatasetDesc, DatasetViews, ExportDesc, ImportDesc,
-    RunEventKind, SyntheticDesc, Trainer, Training, TrainingDesc, TrainingFlags,
+    RunEventKind, Trainer, Training, TrainingDesc, TrainingFlags,
 };
-use std::path::PathBuf;
-use support::{device, Folder};
+use support::{cars, device, Folder};
 
 const CONFIG: &str = "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], \
                       attention_resolutions: [8]}\ndata: {training_resolution: 16}\n\
                       opt: {batch_size: 1, imgs_per_obj: 2, iterations: 4}\n\
                       logging: {ckpt_iterations: 2, val_log: 0}\n";
-
-fn data(folder: &Folder) -> PathBuf {
-    let path = folder.join("data");
-    let desc = SyntheticDesc {
-        path: Some(&path),
-        seed: 1,
-        resolution: 16,
-        train_views: 4,
-        train_objects: 2,
-        ..Default::default()
-    };
-    (0..2).for_each(|index| splat::synthetic_write(&desc, index).unwrap());
-    path
-}
 
 #[test]
 fn configurations_are_merged_and_checked() {
@@ -43,7 +28,7 @@ fn configurations_are_merged_and_checked() {
 #[test]
 fn a_data_set_is_exported() {
     let folder = Folder::new("export");
-    let (path, out) = (data(&folder), folder.join("out"));
+    let (path, out) = (cars(&folder, 2), folder.join("out"));
     assert_eq!(splat::path_name("../a/b").unwrap(), "%2E.%2Fa%2Fb");
     let dataset = Dataset::open(&DatasetDesc { path: Some(&path), ..Default::default() }).unwrap();
     let desc = ExportDesc {
@@ -86,7 +71,7 @@ fn a_data_set_is_exported() {
 #[test]
 fn views_of_a_data_set_are_read() {
     let folder = Folder::new("views");
-    let path = data(&folder);
+    let path = cars(&folder, 2);
     let dataset = Dataset::open(&DatasetDesc { path: Some(&path), ..Default::default() }).unwrap();
     assert!(dataset.report().unwrap().contains("\"objects\": 2"));
     assert!(dataset.check(1).unwrap().contains("\"problems\": []"));
@@ -112,7 +97,7 @@ fn views_of_a_data_set_are_read() {
 #[test]
 fn a_trainer_resumes_with_the_same_bits() {
     let folder = Folder::new("trainer");
-    let path = data(&folder);
+    let path = cars(&folder, 2);
     let config = config::merge(Some(CONFIG), &[]).unwrap();
     let desc = DatasetDesc {
         path: Some(&path),
@@ -150,7 +135,7 @@ fn a_trainer_resumes_with_the_same_bits() {
 #[test]
 fn a_training_is_an_iterator_of_events() {
     let folder = Folder::new("training");
-    let (root, run) = (format!("data.root='{}'", data(&folder).display()), folder.join("run"));
+    let (root, run) = (format!("data.root='{}'", cars(&folder, 2).display()), folder.join("run"));
     let desc = TrainingDesc {
         folder: Some(&run),
         config: Some(CONFIG),
@@ -186,7 +171,7 @@ fn a_training_is_an_iterator_of_events() {
 #[test]
 fn another_thread_interrupts_a_training() {
     let folder = Folder::new("interrupt");
-    let (root, run) = (format!("data.root='{}'", data(&folder).display()), folder.join("run"));
+    let (root, run) = (format!("data.root='{}'", cars(&folder, 2).display()), folder.join("run"));
     let values = [root.as_str(), "opt.iterations=100000"];
     let desc = TrainingDesc {
         folder: Some(&run),

@@ -3,7 +3,7 @@
 
 use splat::{
     Camera, Device, Model, ModelDesc, ModelFlags, Optimizer, OptimizerDesc, OptimizerItem,
-    Rasterizer, RasterizerDesc, Scene, SceneDesc,
+    Rasterizer, RasterizerDesc, Scene, SceneDesc, SyntheticDesc,
 };
 use std::path::{Path, PathBuf};
 use std::sync::Once;
@@ -97,4 +97,19 @@ impl Drop for Folder {
     fn drop(&mut self) {
         std::fs::remove_dir_all(&self.0).ok();
     }
+}
+
+/// Writes so many cars, as a data set of 16 x 16 pixels below the folder.
+pub fn cars(folder: &Folder, objects: u32) -> PathBuf {
+    let path = folder.join("data");
+    let desc = SyntheticDesc {
+        path: Some(&path),
+        seed: 1,
+        resolution: 16,
+        train_views: 4,
+        train_objects: objects,
+        ..Default::default()
+    };
+    (0..objects).for_each(|index| splat::synthetic_write(&desc, index).unwrap());
+    path
 }
