@@ -33,19 +33,30 @@ Status check_ranges(const ModelConfig& c) {
 }  // namespace
 
 std::uint32_t ModelConfig::image_channels() const {
+    if (network == Network::kLgmUnet) return 3 + 6;
     return 3U + (depth ? 1U : 0U) + (normal ? 3U : 0U) + (mask ? 1U : 0U);
 }
 
 std::uint32_t ModelConfig::input_channels() const {
-    return image_channels() + (origin_distance ? 1U : 0U);
+    return image_channels() + (origin_distance || positions == kHeadInputDepth ? 1U : 0U);
+}
+
+std::uint32_t ModelConfig::output_resolution() const {
+    if (network != Network::kLgmUnet) return resolution;
+    return resolution >> (lgm.down.size() - lgm.up.size());
 }
 
 HeadLayout ModelConfig::head() const {
-    HeadLayout made({.offset = offset,
-                     .least = znear,
-                     .most = zfar,
+    const bool absolute = positions == kHeadBox;
+    HeadLayout made({.positions = positions,
+                     .offset = offset,
+                     .least = absolute ? -box : znear,
+                     .most = absolute ? box : zfar,
+                     .scales = scales,
                      .isotropic = isotropic,
-                     .sh_degree = sh_degree});
+                     .sh_degree = sh_degree,
+                     .direct = direct,
+                     .per_pixel = per_pixel});
     const auto start = [&](HeadBlockId block, float gain, float bias) {
         made.blocks[block].gain = gain;
         made.blocks[block].bias = bias;

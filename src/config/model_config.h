@@ -39,6 +39,18 @@ struct LoraConfig {
     std::vector<std::string> trained;
 };
 
+/// Which network makes the head's channels.
+enum class Network : int {
+    kSongUnet,  ///< of Splatter Image and F3D-Gaus: model/song_unet.h
+    kLgmUnet,   ///< of LGM: model/lgm_unet.h
+};
+
+/// Sizes of LGM's network, see model/lgm_unet.h. One entry of a list is a level, from the image inwards and back.
+struct LgmUnetConfig {
+    std::vector<std::uint32_t> down, up;                      ///< channels
+    std::vector<std::uint32_t> down_attention, up_attention;  ///< 1: the level has attention
+};
+
 /// One group of output channels of the network and how its weights start.
 struct HeadInit {
     float scale;
@@ -48,7 +60,13 @@ struct HeadInit {
 /// Everything that the network's shape and the geometry of its Gaussians depend on. The defaults are
 /// those of the cars model. config_keys.cpp says which key is which field.
 struct ModelConfig {
+    Network network = Network::kSongUnet;
+    LgmUnetConfig lgm;  ///< of kLgmUnet, which has base_dim, num_blocks, channel_mult and what follows them unused
+
     std::uint32_t resolution = 128;  ///< pixels, both ways; divisible by 2^(levels - 1)
+    /// Pixels of the image whose network this is: names of its levels and attention_resolutions are for this size. 0:
+    /// resolution. F3D-Gaus is built for 128 and takes 256.
+    std::uint32_t named_resolution = 0;
     bool depth = false;              ///< a channel of depth follows RGB
     bool normal = false;             ///< three channels of normals follow
     bool mask = false;               ///< a channel of object mask follows
@@ -69,6 +87,11 @@ struct ModelConfig {
     std::uint32_t token_dim = 0;  ///< features of the tokens that the decoder attends to; 0 = none
     std::uint32_t tokens = 0;     ///< tokens per image
 
+    std::uint32_t positions = kHeadRayDepth;  ///< kHeadInputDepth: of a last plane, in scene units
+    std::uint32_t scales = kHeadExp;
+    bool direct = false;          ///< colours are red, green and blue; degree 0
+    std::uint32_t per_pixel = 1;  ///< Gaussians of a pixel
+    float box = 1;                ///< kHeadBox: means are from -box to box on each axis
     std::uint32_t sh_degree = 1;  ///< 0 or 1
     bool isotropic = false;
     bool offset = true;  ///< the network moves Gaussians off their rays
@@ -87,10 +110,11 @@ struct ModelConfig {
     /// Parameters whose name contains one of these are never trained and get no gradient.
     std::vector<std::string> frozen;
 
-    /// Channels that the network sees: RGB, depth, normal, mask.
+    /// Channels that the network sees: RGB, depth, normal, mask; of kLgmUnet RGB as ImageNet normalises it, and o x d
+    /// and d of the ray of each pixel.
     [[nodiscard]] std::uint32_t image_channels() const;
 
-    /// Channels of an input image: those and the origin distance.
+    /// Channels of an input image: those and the origin distance, or the depth of kHeadInputDepth.
     [[nodiscard]] std::uint32_t input_channels() const;
 
     /// How channels of the network's output become Gaussians, and how their weights start.
@@ -99,8 +123,18 @@ struct ModelConfig {
     /// Channels of the network's output.
     [[nodiscard]] std::uint32_t output_channels() const { return head().channels(); }
 
+    /// named_resolution, or resolution where that is 0.
+    [[nodiscard]] std::uint32_t names_resolution() const {
+        return named_resolution == 0 ? resolution : named_resolution;
+    }
+
+    /// Pixels of a side of the network's output.
+    [[nodiscard]] std::uint32_t output_resolution() const;
+
     /// Gaussians of an object.
-    [[nodiscard]] std::uint32_t gaussians() const { return head().gaussians(views, resolution); }
+    [[nodiscard]] std::uint32_t gaussians() const {
+        return head().gaussians(views, output_resolution());
+    }
 
     /// Length of the vector that modulates blocks; 0 = none.
     [[nodiscard]] std::uint32_t embedding_length() const;

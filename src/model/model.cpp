@@ -154,13 +154,16 @@ Status Model::record_exchange() {
 Status Model::build() {
     set_desc_ = {config_.gaussians(), config_.sh_degree};
     const std::uint32_t r = config_.resolution;
+    const std::uint32_t end = config_.output_resolution();
     const std::uint32_t n = slice_ * config_.views;
     image_ = graph_.input("images", {n, config_.image_channels(), r, r});
-    rays_value_ = graph_.input("rays", {3, r, r}, Layout::kRowMajor);
+    rays_value_ = graph_.input("rays", {3, end, end}, Layout::kRowMajor);
     view_to_world_ = graph_.input("view_to_world", {n, 4, 4}, Layout::kRowMajor);
     quaternion_ = graph_.input("quaternions", {n, 4}, Layout::kRowMajor);
     if (config_.fov_degrees == 0) focal_ = graph_.input("focals", {n, 2}, Layout::kRowMajor);
     if (config_.origin_distance) origin_ = graph_.input("origin_distance", {n}, Layout::kRowMajor);
+    if (config_.positions == kHeadInputDepth)
+        origin_ = graph_.input("depths", {n, end, end}, Layout::kRowMajor);
     const ValueId embedding = build_embedding();
     if (config_.tokens > 0)
         tokens_ = graph_.input("tokens", {n, config_.token_dim, config_.tokens, 1});
@@ -225,13 +228,14 @@ Status Model::set_rays(std::vector<float> rays) {
     return {};
 }
 
-/// The planes that the network sees, and the origin distance, which is the last plane of each image.
+/// The planes that the network sees, and the last plane of each image: its depths, or the origin distance.
 Status Model::add_images(std::span<const float> all, std::vector<InputValues>& inputs) const {
     const std::size_t pixels = std::size_t{config_.resolution} * config_.resolution;
     const std::size_t seen = config_.image_channels() * pixels;
     const std::size_t given = config_.input_channels() * pixels;
     SPLAT_TRY(expect_count("images", all.size(), images() * given));
-    if (!config_.origin_distance) {
+    const bool depths = config_.positions == kHeadInputDepth;
+    if (!config_.origin_distance && !depths) {
         inputs.push_back({image_, {}, all, "images"});
         return {};
     }
@@ -240,17 +244,21 @@ Status Model::add_images(std::span<const float> all, std::vector<InputValues>& i
     for (std::size_t image = 0; image < images(); ++image) {
         const auto planes = all.subspan(image * given, given);
         const auto last = planes.subspan(seen);
-        if (std::ranges::any_of(last, [&](float d) { return d != last[0]; }))
+        if (depths) {
+            distances.insert(distances.end(), last.begin(), last.end());
+        } else if (std::ranges::any_of(last, [&](float d) { return d != last[0]; })) {
             return invalid(
                 "model: the origin distance of image %zu varies, expected one number "
                 "in the whole plane",
                 image);
+        } else {
+            distances.push_back(last[0]);
+        }
         shown.insert(shown.end(), planes.begin(),
                      planes.begin() + static_cast<std::ptrdiff_t>(seen));
-        distances.push_back(last[0]);
     }
     inputs.push_back({image_, std::move(shown), {}, "images"});
-    inputs.push_back({origin_, std::move(distances), {}, "origin_distance"});
+    inputs.push_back({origin_, std::move(distances), {}, depths ? "depths" : "origin_distance"});
     return {};
 }
 

@@ -19,7 +19,8 @@ std::vector<Model::Port> Model::inputs() const {
                                {"view_to_world", {n, 4, 4}, true, false},
                                {"quaternions", {n, 4}, true, false}};
     if (focal_ != nn::kNoValue) ports.push_back({"focals", {n, 2}, false, false});
-    if (origin_ != nn::kNoValue) ports.push_back({"origin_distance", {n}, false, false});
+    if (config_.origin_distance) ports.push_back({"origin_distance", {n}, false, false});
+    if (config_.positions == kHeadInputDepth) ports.push_back({"depths", {n, r, r}, false, false});
     if (config_.embedding == Embedding::kCustom)
         ports.push_back({"embedding", {n, config_.embedding_length()}, false, graded});
     if (tokens_ != nn::kNoValue)
@@ -36,7 +37,7 @@ Result<vk::BufferView> Model::input_tensor(std::string_view name) {
         {"focals", focal_},
         {"quaternions", quaternion_},
         {"tokens", tokens_},
-        {"origin_distance", origin_},
+        {config_.origin_distance ? "origin_distance" : "depths", origin_},
         {"embedding", config_.embedding == Embedding::kCustom ? embedding_ : nn::kNoValue}};
     for (const auto& [input_name, id] : all) {
         if (name != input_name || id == nn::kNoValue) continue;

@@ -194,7 +194,7 @@ ValueId SongUnet::encode(ValueId x, std::vector<ValueId>& skips) {
     const std::string enc = std::string(config_.network_name()) + ".encoder.enc.";
     std::uint32_t c = config_.base_dim;
     for (std::uint32_t level = 0; level < config_.levels(); ++level) {
-        const std::uint32_t r = config_.resolution >> level;
+        const std::uint32_t r = config_.names_resolution() >> level;
         graph_.begin_segment();
         if (level == 0) {
             x = conv(enc + level_name(r, "conv"), x, c, 3, kXavier, kNoValue, 1, true);
@@ -218,7 +218,7 @@ ValueId SongUnet::decode(ValueId x, std::vector<ValueId>& skips) {
     const std::string dec = std::string(config_.network_name()) + ".encoder.dec.";
     std::uint32_t c = config_.base_dim * config_.channel_mult.back();
     for (std::uint32_t level = config_.levels(); level-- > 0;) {
-        const std::uint32_t r = config_.resolution >> level;
+        const std::uint32_t r = config_.names_resolution() >> level;
         graph_.begin_segment();
         if (level + 1 == config_.levels()) {
             x = block(dec + level_name(r, "in0"), x, {c, c, false, false, true, true});
@@ -241,8 +241,8 @@ ValueId SongUnet::decode(ValueId x, std::vector<ValueId>& skips) {
         }
     }
     graph_.begin_segment();
-    x = norm(dec + level_name(config_.resolution, "aux_norm"), x, true);
-    return conv(dec + level_name(config_.resolution, "aux_conv"), x, config_.output_channels(), 3,
+    x = norm(dec + level_name(config_.names_resolution(), "aux_norm"), x, true);
+    return conv(dec + level_name(config_.names_resolution(), "aux_conv"), x, config_.output_channels(), 3,
                 kOutput);
 }
 
