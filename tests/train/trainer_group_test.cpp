@@ -153,8 +153,8 @@ TEST_F(TrainerGroup, SharesScaleTerms) {
     EXPECT_GT(with.steps[0].loss.total, without.steps[0].loss.total + 1);
 }
 
-/// All that ranks must not do differently, at once and for longer: dropout, averages, CO3D's geometry and terms, skipped
-/// steps, and adapters besides all weights.
+/// All that ranks must not do differently, at once and for longer: dropout, averages, CO3D's geometry and terms,
+/// skipped steps, and adapters besides all weights.
 TEST_F(TrainerGroup, HaveTheBitsOfOneRankForFiftySteps) {
     constexpr std::uint64_t kSteps = 50;
     network_.fov_degrees = 0;

@@ -114,7 +114,7 @@ fn train(folder: &Path, root: &str, ranks: Vec<Threads>) -> Vec<End> {
     train_on(folder, root, ranks, || Device::create(&Default::default()))
 }
 
-fn train_on<D: std::borrow::Borrow<Device>>(
+fn train_on<D: std::borrow::Borrow<Device> + 'static>(
     folder: &Path,
     root: &str,
     ranks: Vec<Threads>,
