@@ -14,8 +14,8 @@
  *
  * splat_training_open returns the same error on all ranks, "rank 2: ..." for one of rank 2, before anything is written:
  * also SPLAT_ERROR_INVALID_ARGUMENT for a version of the library, a key of the configuration, data or weights to start
- * from that differ from those of rank 0. data.root, opt.pretrained_ckpt and opt.num_workers may differ. Another device
- * is a warning in the log.
+ * from that differ from those of rank 0, and for a splat_device that has the open run of another rank. data.root,
+ * opt.pretrained_ckpt and opt.num_workers may differ. Another kind of device is a warning in the log.
  *
  * splat_run_interrupt of any rank ends the run on all, with everything saved. An error on any rank, also a cancelled
  * call, is returned on all and ends the run, as if rank 0 is destroyed; log.txt and run.json keep it. The latest state

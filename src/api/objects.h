@@ -219,7 +219,7 @@ struct BatchesObject {
 struct RunObject : OfDevice {
     using OfDevice::OfDevice;
     Interrupt interrupt;
-    std::unique_ptr<run::Group> group;        ///< null: no other ranks
+    std::shared_ptr<run::Group> group;        ///< null: no other ranks
     std::unique_ptr<run::Work> run;           ///< destroyed before `interrupt` and `group`
     std::shared_ptr<train::Trainer> trainer;  ///< trainer of a training
     fit::FitTask* fit = nullptr;              ///< task of a fit, which `run` owns

@@ -221,6 +221,10 @@ resuming() {
         ended 1000
         [ "$got" = 0 ] || fail "$count ranks: $(cat "$temp/log")"
         same whole_1 "whole_$count"
+        begin "$count" "adapters_$count" --set opt.lora_finetune=true --set opt.lora_rank=2 --set opt.lora_dropout=0.2
+        ended 1000
+        [ "$got" = 0 ] || fail "adapters, $count ranks: $(cat "$temp/log")"
+        same adapters_1 "adapters_$count"
     done
     # SIGTERM for each rank, and other counts.
     for turn in 2:10:0 4:20:3 1:30:0 2:40:1 4:50:; do

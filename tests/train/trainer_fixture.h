@@ -53,6 +53,13 @@ struct Batch {
             const float pose[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
             poses.insert(poses.end(), pose, pose + 16);
             quaternions.insert(quaternions.end(), {1, 0, 0, 0});
+            if (network.fov_degrees == 0)
+                focals.insert(focals.end(), 2, 1.1F * static_cast<float>(network.resolution));
+            if (network.origin_distance)  // the last plane of each image
+                std::fill_n(images.end() -
+                                static_cast<std::ptrdiff_t>(
+                                    (objects - 1 - i) * network.input_channels() * pixels + pixels),
+                            pixels, 0.1F * static_cast<float>(i % 3));
             for (std::uint32_t view = 0; view < training.targets; ++view) {
                 scene::Camera camera;
                 camera.width = camera.height = network.resolution;
@@ -68,11 +75,12 @@ struct Batch {
         batch.images = images;
         batch.view_to_world = poses;
         batch.quaternions = quaternions;
+        batch.focals = focals;
         batch.targets = targets;
         batch.cameras = cameras;
         return batch;
     }
-    std::vector<float> images, targets, poses, quaternions;
+    std::vector<float> images, targets, poses, quaternions, focals;
     std::vector<scene::Camera> cameras;
 };
 

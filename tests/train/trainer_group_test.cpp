@@ -38,6 +38,7 @@ class TrainerGroup : public RankContexts {
         mine.images = of(mine.images);
         mine.view_to_world = of(mine.view_to_world);
         mine.quaternions = of(mine.quaternions);
+        mine.focals = of(mine.focals);
         mine.targets = of(mine.targets);
         mine.cameras = of(mine.cameras);
         return mine;
@@ -150,6 +151,27 @@ TEST_F(TrainerGroup, SharesScaleTerms) {
     training_.scale_terms = false;
     const Trained without = train(1, 0, 1)[0];
     EXPECT_GT(with.steps[0].loss.total, without.steps[0].loss.total + 1);
+}
+
+/// All that ranks must not do differently, at once and for longer: dropout, averages, CO3D's geometry and terms,
+/// skipped steps, and adapters besides all weights.
+TEST_F(TrainerGroup, HaveTheBitsOfOneRankForFiftySteps) {
+    constexpr std::uint64_t kSteps = 50;
+    network_.fov_degrees = 0;
+    network_.origin_distance = true;
+    network_.init_scale = {1, 20};
+    training_.scale_terms = true;
+    batch_ = [this](std::uint64_t i) {
+        Batch made(network_, training_, 100 + i);
+        if (i % 20 == 1) made.targets.back() = 1e30F;
+        return made;
+    };
+    for (const std::uint32_t rank : {0U, 2U}) {
+        network_.lora.rank = rank;
+        network_.lora.dropout = 0.2F;
+        const Trained single = expect_the_same(kSteps, {2, 4});
+        EXPECT_EQ(single.steps.back().step, kSteps - 3);
+    }
 }
 
 /// LPIPS begins on both ranks after the first update, which a skipped step puts off.

@@ -99,6 +99,18 @@ splat_result give_profile(splat_device device, char* buffer, size_t capacity, si
 
 }  // namespace
 
+Status api::DeviceObject::be_rank(const std::shared_ptr<run::Group>& group) {
+    const std::lock_guard lock(rank_mutex);
+    if (const auto other = rank.lock())
+        return invalid(
+            "device has the open run of rank %u, expected a device of its own for each rank: "
+            "create "
+            "one more (splat_device_create)",
+            other->rank());
+    rank = group;
+    return {};
+}
+
 Result<std::shared_ptr<api::DeviceObject>> api::open_device(const splat_device_desc& desc,
                                                             std::optional<vk::Adopted> adopted) {
     SPLAT_ASSIGN(vk::ContextDesc wanted, context_desc(desc));

@@ -49,8 +49,8 @@ Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
 }
 
 /// Null: this rank is the only one. Errors: kInvalidArgument.
-Result<std::unique_ptr<run::Group>> group_of(const splat_training_desc& given) {
-    std::unique_ptr<run::Group> none;
+Result<std::shared_ptr<run::Group>> group_of(const splat_training_desc& given) {
+    std::shared_ptr<run::Group> none;
     if (given.group == nullptr) return none;
     splat_group group{};
     SPLAT_TRY(api::take_input(given.group, "splat_training_desc.group", group));
@@ -58,19 +58,20 @@ Result<std::unique_ptr<run::Group>> group_of(const splat_training_desc& given) {
                                 group.broadcast, group.barrier, group.sum,  group.describe};
     SPLAT_TRY(run::Group::check(calls));
     if (calls.count == 1) return none;
-    return std::make_unique<run::Group>(calls);
+    return std::make_shared<run::Group>(calls);
 }
 
 using Task = std::unique_ptr<train::SplatterTraining>;
 
 /// Check what needs no other rank. `made`: of rank 0.
-Result<Task> task_of(api::DeviceObject& owner, const splat_training_desc& given, run::Group* group,
-                     run::RunDesc& made) {
+Result<Task> task_of(api::DeviceObject& owner, const splat_training_desc& given,
+                     const std::shared_ptr<run::Group>& group, run::RunDesc& made) {
+    if (group != nullptr) SPLAT_TRY(owner.be_rank(group));
     if (group == nullptr || group->leads())
         SPLAT_SET(made, api::run_desc_of(given, SPLAT_TRAINING_RESUME, SPLAT_TRAINING_OVERWRITE));
-    made.group = group;
+    made.group = group.get();
     SPLAT_ASSIGN(train::TrainingDesc asked, desc_of(given));
-    asked.group = group;
+    asked.group = group.get();
     SPLAT_TRY(owner.test(api::kAllKernels));
     return std::make_unique<train::SplatterTraining>(owner.context, std::move(asked));
 }
@@ -97,7 +98,7 @@ splat_result splat_training_open(splat_device device, const splat_training_desc*
         SPLAT_SET(object->group, group_of(given));
         run::Group* const group = object->group.get();
         run::RunDesc made;
-        auto task = task_of(*owner, given, group, made);
+        auto task = task_of(*owner, given, object->group, made);
         SPLAT_TRY(group == nullptr ? task.status() : group->agree(task.status()));
         const train::SplatterTraining& training = *task.value();
         const vk::DeviceCall call(owner->context->mutex);

@@ -1153,7 +1153,7 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 100] = [
+pub(crate) const WORDS: [(&str, &str); 101] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
     ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"), ("SPLAT_DEVICE_VALIDATION", "DeviceFlags::VALIDATION"),
@@ -1187,8 +1187,8 @@ pub(crate) const WORDS: [(&str, &str); 100] = [
     ("picture_count", "pictures.len()"), ("port_count", "ports.len()"), ("splat_batches", "Batches"),
     ("splat_comparison", "Comparison"), ("splat_dataset", "Dataset"),
     ("splat_decode_set_limits", "set_decode_limits"), ("splat_device", "Device"),
-    ("splat_device_cancel", "Device::cancel"), ("splat_evaluator", "Evaluator"),
-    ("splat_evaluator_score", "Evaluator::score"), ("splat_fit_open", "Fit::open"),
+    ("splat_device_cancel", "Device::cancel"), ("splat_device_create", "Device::create"),
+    ("splat_evaluator", "Evaluator"), ("splat_evaluator_score", "Evaluator::score"), ("splat_fit_open", "Fit::open"),
     ("splat_fit_score", "Scoring::open"), ("splat_gaussians_desc", "Gaussians"),
     ("splat_gradients_desc", "Gradients"), ("splat_lpips", "Lpips"), ("splat_lpips_desc", "Lpips"),
     ("splat_model", "Model"), ("splat_model_backward", "Model::backward"), ("splat_model_forward", "Model::forward"),

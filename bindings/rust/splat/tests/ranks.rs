@@ -107,17 +107,25 @@ fn desc<'a>(folder: &'a Path, values: &'a [&'a str]) -> TrainingDesc<'a> {
     TrainingDesc { folder: Some(folder), config: Some(CONFIG), values, ..Default::default() }
 }
 
-/// What becomes of the training of each rank: its last event.
-fn train(
+/// What becomes of a rank's training: its last event.
+type End = std::thread::Result<splat::Result<RunEventKind>>;
+
+fn train(folder: &Path, root: &str, ranks: Vec<Threads>) -> Vec<End> {
+    train_on(folder, root, ranks, || Device::create(&Default::default()))
+}
+
+fn train_on<D: std::borrow::Borrow<Device> + 'static>(
     folder: &Path,
     root: &str,
     ranks: Vec<Threads>,
-) -> Vec<std::thread::Result<splat::Result<RunEventKind>>> {
+    device: fn() -> splat::Result<D>,
+) -> Vec<End> {
     let count = ranks.len() as u32;
     let run = move |each: Threads, folder: PathBuf, root: String| -> splat::Result<RunEventKind> {
-        let device = Device::create(&Default::default())?;
+        let device = device()?;
         let (values, place) = ([root.as_str()], (each.rank, count));
-        let training = Training::open_with_ranks(&device, &desc(&folder, &values), place, each)?;
+        let desc = desc(&folder, &values);
+        let training = Training::open_with_ranks(device.borrow(), &desc, place, each)?;
         let mut last = RunEventKind::default();
         for event in training {
             last = event?.kind;
@@ -179,6 +187,18 @@ fn errors_and_panics_of_a_rank_end_the_training() {
     let panic = ends.pop().unwrap().unwrap_err();
     assert_eq!(*panic.downcast::<&str>().unwrap(), "mine");
     assert_eq!(ends.pop().unwrap().unwrap().unwrap_err().code(), Code::Io);
+}
+
+#[test]
+fn ranks_do_not_share_a_device() {
+    let folder = Folder::new("ranks_device");
+    let (root, run) = (data(&folder), folder.join("run"));
+    for end in train_on(&run, &root, Threads::all(2), || Ok(device())) {
+        let error = end.unwrap().unwrap_err();
+        assert_eq!(error.code(), Code::InvalidArgument);
+        assert!(error.message().contains("expected a device of its own"), "{error}");
+    }
+    assert!(!run.exists());
 }
 
 #[test]
