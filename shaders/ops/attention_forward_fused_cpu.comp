@@ -44,7 +44,8 @@ void compute_scores(uint first, uint lane) {
     uint rows[kBlocks];
     [[unroll]] for (uint b = 0; b < kBlocks; ++b)
         rows[b] = params.s_from + gl_WorkGroupID.z * params.s_head + min(first + 8 * b + lane, params.k - 1);
-    for (uint q = 0; q < kQuads; ++q) {
+    uint q = 0;
+    do {
         vec4 vs[kColumns];
         [[unroll]] for (uint a = 0; a < kColumns; ++a) vs[a] = LD4(queries, q * params.v_stride + columns[a]);
         [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
@@ -57,7 +58,7 @@ void compute_scores(uint first, uint lane) {
                         (w0 * vs[a].x + w1 * vs[a].y) + (w2 * vs[a].z + w3 * vs[a].w);
             }
         }
-    }
+    } while (++q < kQuads);
 }
 
 void compute_exponentials(uint first) {
@@ -118,11 +119,13 @@ void main() {
         tops[a] = kLowest;
         totals[a] = 0;
     }
-    for (uint first = 0; first < params.k; first += kKeys) {
+    uint first = 0;
+    do {
         compute_scores(first, lane);
         compute_exponentials(first);
         add_values(first, lane);
-    }
+        first += kKeys;
+    } while (first < params.k);
     const uint to = params.y_from + gl_WorkGroupID.z * params.y_head;
     [[unroll]] for (uint a = 0; a < kColumns; ++a) {
         const uint r = first_column + a * gl_WorkGroupSize.x;
