@@ -1,13 +1,13 @@
 #version 460
 // Attention of each image and head in one pass over its keys, without a matrix of scores: for 8 * kBlocks keys at a
-// time the scores s[k][n] = scale * sum_c keys[c][k] queries[c][n], their exponentials by the greatest score so far, and
-// the products with the values, to which earlier sums are scaled:
+// time the scores s[k][n] = scale * sum_c keys[c][k] queries[c][n], their exponentials by the greatest score so far,
+// and the products with the values, to which earlier sums are scaled:
 //   y[c][n] = sum_k exp(s[k][n] - max) values[c][k] / sum_k exp(s[k][n] - max)
 // The lanes run along the queries; lane l of every 8 also fetches row l of 8 keys or channels, which constant shuffles
 // then broadcast, as in attention_product_cpu.comp.
 // One invocation computes kColumns queries; subgroups of 8 lanes or more.
 // Bindings: queries, keys, values transposed [k/4][c], y.
-// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks, kQuads (of channels).
+// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks, kQuads (of channels), kDepth (divides kQuads).
 // Source: the running maximum is that of Milakov and Gimelshein 2018, arXiv:1805.02867, algorithm 3.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -21,6 +21,7 @@ layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kAttentionColumnsId) const uint kColumns = 4;
 layout(constant_id = kAttentionBlocksId) const uint kBlocks = 2;
 layout(constant_id = kAttentionQuadsId) const uint kQuads = 16;
+layout(constant_id = kAttentionDepthId) const uint kDepth = 4;
 QUADS(0, queries);
 QUADS(1, keys);
 QUADS(2, values);
@@ -46,19 +47,25 @@ void compute_scores(uint first, uint lane) {
         rows[b] = params.s_from + gl_WorkGroupID.z * params.s_head + min(first + 8 * b + lane, params.k - 1);
     uint q = 0;
     do {
-        vec4 vs[kColumns];
-        [[unroll]] for (uint a = 0; a < kColumns; ++a) vs[a] = LD4(queries, q * params.v_stride + columns[a]);
+        vec4 vs[kDepth * kColumns];
+        [[unroll]] for (uint u = 0; u < kDepth; ++u)
+            [[unroll]] for (uint a = 0; a < kColumns; ++a)
+                vs[u * kColumns + a] = LD4(queries, (q + u) * params.v_stride + columns[a]);
         [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
-            const vec4 w = LD4(keys, q * params.s_stride + rows[b]);
-            [[unroll]] for (uint m = 0; m < 8; ++m) {
-                const float w0 = subgroupShuffle(w.x, m), w1 = subgroupShuffle(w.y, m);
-                const float w2 = subgroupShuffle(w.z, m), w3 = subgroupShuffle(w.w, m);
-                [[unroll]] for (uint a = 0; a < kColumns; ++a)
-                    scores[(b * 8 + m) * kColumns + a] +=
-                        (w0 * vs[a].x + w1 * vs[a].y) + (w2 * vs[a].z + w3 * vs[a].w);
-            }
+            vec4 w[kDepth];
+            [[unroll]] for (uint u = 0; u < kDepth; ++u) w[u] = LD4(keys, (q + u) * params.s_stride + rows[b]);
+            [[unroll]] for (uint m = 0; m < 8; ++m)
+                [[unroll]] for (uint u = 0; u < kDepth; ++u) {
+                    const float w0 = subgroupShuffle(w[u].x, m), w1 = subgroupShuffle(w[u].y, m);
+                    const float w2 = subgroupShuffle(w[u].z, m), w3 = subgroupShuffle(w[u].w, m);
+                    [[unroll]] for (uint a = 0; a < kColumns; ++a) {
+                        const vec4 v = vs[u * kColumns + a];
+                        scores[(b * 8 + m) * kColumns + a] += (w0 * v.x + w1 * v.y) + (w2 * v.z + w3 * v.w);
+                    }
+                }
         }
-    } while (++q < kQuads);
+        q += kDepth;
+    } while (q < kQuads);
 }
 
 void compute_exponentials(uint first) {

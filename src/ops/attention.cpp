@@ -154,8 +154,7 @@ Status transpose(const Step& step, const Matrix& s, const Matrix& y) {
     params.m = s.rows;
     params.n = s.columns;
     const std::uint32_t size = vk::workgroup_size(step.recorder.device(), 8);
-    const double elements =
-        static_cast<double>(step.batches()) * s.rows * static_cast<double>(s.columns);
+    const double elements = 1.0 * step.batches() * s.rows * s.columns;
     return step.recorder.dispatch({
         .op = "attention_transpose",
         .shader = "attention_transpose",
@@ -177,8 +176,7 @@ Status per_query(const Step& step, const char* kernel, float scale,
     params.scale = scale;
     const std::uint32_t wanted = step.recorder.kernels() == Kernels::kCpu ? 8 : 64;
     const std::uint32_t size = vk::workgroup_size(step.recorder.device(), wanted);
-    const double weights =
-        static_cast<double>(step.batches()) * params.n * static_cast<double>(params.k);
+    const double weights = 1.0 * step.batches() * params.n * params.k;
     return step.recorder.dispatch({
         .op = kernel,
         .shader = kernel,
@@ -275,15 +273,18 @@ Status forward_fused(const Step& step, const Matrix& q, const Matrix& k, const M
     params.k = k.columns;
     params.scale = scale_of(step.desc);
     const std::uint32_t columns = params.n >= 32 ? 4 : 1;
-    const double pairs =
-        static_cast<double>(step.batches()) * params.n * static_cast<double>(params.k);
+    const std::uint32_t quads = quads_of(params.m);
+    const double pairs = 1.0 * step.batches() * params.n * params.k;
     return step.recorder.dispatch({
         .op = "attention_forward_fused",
         .shader = "attention_forward_fused",
         .constants = {{params::kWorkgroupSizeId, 8},
                       {params::kAttentionColumnsId, columns},
                       {params::kAttentionBlocksId, kBlocks},
-                      {params::kAttentionQuadsId, quads_of(params.m)}},
+                      {params::kAttentionQuadsId, quads},
+                      {params::kAttentionDepthId, quads % 4 == 0   ? 4U
+                                                  : quads % 2 == 0 ? 2U
+                                                                   : 1U}},
         .push = params,
         .accesses = {vk::read(q.view), vk::read(k.view), vk::read(values.view), vk::write(y.view)},
         .groups = {groups(params.n, 8 * columns), 1, step.batches()},

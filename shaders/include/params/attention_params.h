@@ -12,8 +12,11 @@ using uint = std::uint32_t;
 // Specialisation constants.
 SPLAT_SPEC_ID kAttentionColumnsId = 10u;  // fast product: columns of an invocation
 SPLAT_SPEC_ID kAttentionBlocksId = 11u;   // fast product: blocks of 8 rows of an invocation
+SPLAT_SPEC_ID kAttentionOtherId = 12u;    // product: kAttentionNoOther, ...
 SPLAT_SPEC_ID kAttentionQuadsId = 13u;    // fused forward: quads of channels of a head
-SPLAT_SPEC_ID kAttentionOtherId = 12u;    // product: one of the following
+SPLAT_SPEC_ID kAttentionDepthId = 14u;    // fused forward: quads of channels per turn of the loop
+
+// What a product does with another array.
 const uint kAttentionNoOther = 0u;
 const uint kAttentionAddsOther = 1u;   // y = product + other, which lies as y and may be its memory
 const uint kAttentionTimesOther = 2u;  // y = product * other, a quad for each column of each image and head
