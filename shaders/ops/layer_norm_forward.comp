@@ -54,11 +54,12 @@ Statistics statistics_of(uint column) {
     const bool good = finite(moments.y) && moments.x * moments.x <= 4.0 * result.variance;
     const uint begin = good ? dims.channels : first_quad();
 
+    const float about = some.x * kSmall;
     vec4 sum = vec4(0);
     vec4 lowest = vec4(0);
     vec4 highest = vec4(0);
     for (uint q = begin; 4 * q < dims.channels; q += kLanes) {
-        const vec4 d = channels_below(LD4(x, q * dims.columns + column) * kSmall - some.x * kSmall, 4 * q, dims.channels);
+        const vec4 d = channels_below(LD4(x, q * dims.columns + column) * kSmall - about, 4 * q, dims.channels);
         sum += d;
         lowest = min(lowest, d);
         highest = max(highest, d);
@@ -66,8 +67,7 @@ Statistics statistics_of(uint column) {
     const vec4 apart = highest - lowest;
     const vec4 all = sum_of_lanes(vec4(across(sum), max(max(apart.x, apart.y), max(apart.z, apart.w)), 0, 0));
     const float unit = all.y > kSquaresFit * kSmall ? kShrink : 1.0;
-    const float guess =
-        (some.x * kSmall + all.x / float(dims.channels)) * (unit == 1.0 ? 1.0 / kSmall : kShrink / kSmall);
+    const float guess = (about + all.x / float(dims.channels)) * (unit == 1.0 ? 1.0 / kSmall : kShrink / kSmall);
     moments = moments_about(guess, unit, column, begin);
     if (!good) result = Statistics(guess, moments.x, moments.y - moments.x * moments.x, unit);
     return result;
