@@ -271,9 +271,7 @@ Result<OpPlan> conv2d_plan(const vk::Recorder& recorder, const Attributes& attri
     const Shape& x = inputs[0];
     const Shape& weight = inputs[1];
     SPLAT_TRY(check_attributes(attributes));
-    if (x.rank() != 4)
-        return error(Code::kShape, "conv2d: tensor 'x' has shape %s, expected [N, C, H, W]",
-                     x.text().c_str());
+    SPLAT_TRY(expect_images("conv2d", "x", x));
     if (weight.rank() != 4)
         return error(Code::kShape, "conv2d: tensor 'weight' has shape %s, expected [K, C, R, R]",
                      weight.text().c_str());

@@ -169,10 +169,7 @@ constexpr Attribute kGaussianHeadAttributes[] = {
 };
 
 Result<GaussianHeadDesc> head_desc(const Attributes& attributes, const Shape& net_out) {
-    if (net_out.rank() != 4)
-        return error(Code::kShape,
-                     "gaussian_head: tensor 'net_out' has shape %s, expected [N, C, H, W]",
-                     net_out.text().c_str());
+    SPLAT_TRY(expect_images("gaussian_head", "net_out", net_out));
     GaussianHeadDesc desc;
     desc.images = net_out[0];
     desc.channels = net_out[1];

@@ -12,6 +12,12 @@ Status expect_shape(const char* op, const char* tensor, const Shape& got, const 
                  got.text().c_str(), expected.text().c_str());
 }
 
+Status expect_images(const char* op, const char* tensor, const Shape& got) {
+    if (got.rank() == 4) return {};
+    return error(Code::kShape, "%s: tensor '%s' has shape %s, expected [N, C, H, W]", op, tensor,
+                 got.text().c_str());
+}
+
 bool product_backward_reads(std::size_t i, const std::vector<bool>& wanted) {
     return (i == 0 && wanted[1]) || (i == 1 && wanted[0]);
 }

@@ -116,6 +116,9 @@ bool no_backward_reads(std::size_t i, const std::vector<bool>& wanted);
 /// Errors: kShape, naming operator and tensor, unless `got` is `expected`.
 Status expect_shape(const char* op, const char* tensor, const Shape& got, const Shape& expected);
 
+/// Errors: kShape, naming operator and tensor, unless `got` is [N, C, H, W].
+Status expect_images(const char* op, const char* tensor, const Shape& got);
+
 /// The row's answer; row-major inputs, which are parameters and constants, may always be read.
 bool backward_reads(const OpRow& row, std::size_t i, const std::vector<bool>& wanted);
 

@@ -15,6 +15,8 @@ struct ActivationParams {
     uint form;      // formula of the operator; 0 where it has one
     uint channels;  // C; those beyond in the last quad stay zero
     uint pixels;    // N * P
+    float least;  // bounds, of operators that have some
+    float most;
 };
 
 #ifdef __cplusplus

@@ -7,7 +7,8 @@ namespace splat::ops {
 namespace {
 
 Status record_activation(vk::Recorder& recorder, const char* kernel, const Shape& shape,
-                         std::vector<vk::Access> accesses, double flops, std::uint32_t form) {
+                         std::vector<vk::Access> accesses, double flops,
+                         const ActivationNumbers& numbers) {
     SPLAT_ASSIGN(const QuadDims dims, quad_dims(shape, 1));
     const double bytes = static_cast<double>(dims.bytes());
     const double tensors = static_cast<double>(accesses.size());
@@ -19,7 +20,12 @@ Status record_activation(vk::Recorder& recorder, const char* kernel, const Shape
                         .may_alias = true},
                        [&](std::uint32_t groups_x) {
                            return params::ActivationParams{static_cast<std::uint32_t>(dims.quads()),
-                                                           groups_x, form, dims.c, dims.n * dims.p};
+                                                           groups_x,
+                                                           numbers.form,
+                                                           dims.c,
+                                                           dims.n * dims.p,
+                                                           numbers.least,
+                                                           numbers.most};
                        });
 }
 
@@ -32,18 +38,18 @@ Result<OpPlan> activation_plan(const vk::Recorder&, const Attributes&,
 }
 
 Status activation_forward(vk::Recorder& recorder, const char* kernel, const OpViews& v,
-                          double flops, std::uint32_t form) {
+                          double flops, const ActivationNumbers& numbers) {
     return record_activation(recorder, kernel, v.inputs[0].shape,
-                             {vk::read(v.inputs[0]), vk::write(v.outputs[0])}, flops, form);
+                             {vk::read(v.inputs[0]), vk::write(v.outputs[0])}, flops, numbers);
 }
 
 Status activation_backward(vk::Recorder& recorder, const char* kernel, const OpViews& v,
-                           double flops, std::uint32_t form) {
+                           double flops, const ActivationNumbers& numbers) {
     if (!present(v.grad_inputs[0])) return {};
     return record_activation(
         recorder, kernel, v.inputs[0].shape,
         {vk::read(v.inputs[0]), vk::read(v.grad_outputs[0]), vk::write(v.grad_inputs[0])}, flops,
-        form);
+        numbers);
 }
 
 }  // namespace splat::ops

@@ -9,10 +9,17 @@ namespace splat::ops {
 Result<OpPlan> activation_plan(const vk::Recorder& recorder, const Attributes& attributes,
                                std::span<const Shape> inputs);
 
-/// Record a kernel of `flops` per element, of the operator's formula `form`. Errors: the recorder's.
+/// What kernels take besides the tensors (ActivationParams).
+struct ActivationNumbers {
+    std::uint32_t form = 0;
+    float least = 0;
+    float most = 0;
+};
+
+/// Record a kernel of `flops` per element. Errors: the recorder's.
 Status activation_forward(vk::Recorder& recorder, const char* kernel, const OpViews& v,
-                          double flops, std::uint32_t form = 0);
+                          double flops, const ActivationNumbers& numbers = {});
 Status activation_backward(vk::Recorder& recorder, const char* kernel, const OpViews& v,
-                           double flops, std::uint32_t form = 0);
+                           double flops, const ActivationNumbers& numbers = {});
 
 }  // namespace splat::ops

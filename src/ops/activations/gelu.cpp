@@ -15,11 +15,11 @@ std::uint32_t gelu_form(const Attributes& attributes) {
 }
 
 Status gelu_row_forward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
-    return activation_forward(recorder, "gelu_forward", v, 40, gelu_form(attributes));
+    return activation_forward(recorder, "gelu_forward", v, 40, {gelu_form(attributes)});
 }
 
 Status gelu_row_backward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
-    return activation_backward(recorder, "gelu_backward", v, 45, gelu_form(attributes));
+    return activation_backward(recorder, "gelu_backward", v, 45, {gelu_form(attributes)});
 }
 
 }  // namespace

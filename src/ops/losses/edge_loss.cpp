@@ -49,9 +49,7 @@ EdgeLossDesc edge_loss_desc(const Attributes& attributes, const Shape& a, bool w
 Result<OpPlan> edge_loss_plan(const vk::Recorder&, const Attributes& attributes,
                               std::span<const Shape> inputs) {
     const Shape& a = inputs[0];
-    if (a.rank() != 4)
-        return error(Code::kShape, "edge_loss: tensor 'a' has shape %s, expected [N, C, H, W]",
-                     a.text().c_str());
+    SPLAT_TRY(expect_images("edge_loss", "a", a));
     SPLAT_ASSIGN(OpPlan plan, loss_plan("edge_loss", inputs));
     const bool weighted = inputs[2].rank() > 0;
     if (weighted)

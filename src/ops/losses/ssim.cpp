@@ -54,9 +54,7 @@ std::uint64_t rows_end(const vk::Recorder& recorder, const SsimDesc& desc) {
 
 Result<OpPlan> ssim_plan(const vk::Recorder& recorder, const Attributes&,
                          std::span<const Shape> inputs) {
-    if (inputs[0].rank() != 4)
-        return error(Code::kShape, "ssim: tensor 'a' has shape %s, expected [N, C, H, W]",
-                     inputs[0].text().c_str());
+    SPLAT_TRY(expect_images("ssim", "a", inputs[0]));
     SPLAT_ASSIGN(OpPlan plan, loss_plan("ssim", inputs));
     const SsimDesc desc = ssim_desc(inputs[0]);
     const std::uint64_t slopes = plane_bytes(desc, kSlopes) / 4;

@@ -1,6 +1,6 @@
-#include "ops/max_pool2d.h"
+#include "ops/images/max_pool2d.h"
 
-#include "params/max_pool2d_params.h"
+#include "params/images_params.h"
 
 namespace splat::ops {
 namespace {
@@ -33,9 +33,7 @@ Status max_pool2d_check(const MaxPool2dDesc& desc) {
 namespace {
 
 Result<MaxPool2dDesc> max_pool2d_desc(const Shape& x) {
-    if (x.rank() != 4)
-        return error(Code::kShape, "max_pool2d: tensor 'x' has shape %s, expected [N, C, H, W]",
-                     x.text().c_str());
+    SPLAT_TRY(expect_images("max_pool2d", "x", x));
     return MaxPool2dDesc{x[0], x[1], x[2], x[3]};
 }
 

@@ -1,9 +1,9 @@
-#include "ops/resample2d.h"
+#include "ops/images/resample2d.h"
 
 #include <algorithm>
 
 #include "core/checked_math.h"
-#include "params/resample2d_params.h"
+#include "params/images_params.h"
 
 namespace splat::ops {
 namespace {
@@ -66,9 +66,7 @@ constexpr Attribute kResample2dAttributes[] = {
 
 Result<Resample2dDesc> resample2d_desc(const Attributes& attributes, const Shape& x,
                                        const Shape& filter) {
-    if (x.rank() != 4)
-        return error(Code::kShape, "resample2d: tensor 'x' has shape %s, expected [N, C, H, W]",
-                     x.text().c_str());
+    SPLAT_TRY(expect_images("resample2d", "x", x));
     if (attributes.boolean("up") == attributes.boolean("down"))
         return invalid("resample2d: up and down are both %s, expected one of them",
                        attributes.boolean("up") ? "true" : "false");

@@ -1,4 +1,4 @@
-#include "ops/resample2d.h"
+#include "ops/images/resample2d.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
-#include "params/max_pool2d_params.h"
+#include "params/images_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);

@@ -1,4 +1,4 @@
-#include "ops/max_pool2d.h"
+#include "ops/images/max_pool2d.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
-#include "params/resample2d_params.h"
+#include "params/images_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, x);
@@ -13,7 +13,7 @@ QUADS_OUT(2, y);
 layout(push_constant) uniform Push { Resample2dParams params; };
 
 #include "launch.glsl"
-#include "resample2d.glsl"
+#include "images/resample2d.glsl"
 
 void main() {
     const uint i = invocation_index(params.groups_x);
