@@ -15,10 +15,11 @@ constexpr double kOutputs = 5e-6, kGradients = 2e-5;
 class Nets2F3d : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(Nets2F3d);
 
-HostTensor shaped(HostTensor tensor, const Shape& shape) {
-    EXPECT_EQ(tensor.shape.elements(), shape.elements());
-    tensor.shape = shape;
-    return tensor;
+/// Numbers of a file, of any shape; float64 is rounded.
+HostTensor shaped(const Golden& golden, const char* key, const Shape& shape) {
+    const std::vector<double> values = golden.doubles(key);
+    EXPECT_EQ(values.size(), shape.elements());
+    return {shape, {values.begin(), values.end()}};
 }
 
 /// The network whose head a file is of.
@@ -52,10 +53,10 @@ OpCall call_of(const Golden& golden) {
         std::visit([&](const auto& value) { call.attributes[one.name] = value; }, one.value);
     call.inputs = {tensor("raw"),
                    {{3, r, r}, model::pixel_rays(network)},
-                   shaped(tensor("view_to_world_rows"), {n, 4, 4}),
-                   shaped(tensor("cv2wT_quat"), {n, 4}),
+                   shaped(golden, "view_to_world_rows", {n, 4, 4}),
+                   shaped(golden, "cv2wT_quat", {n, 4}),
                    {},
-                   shaped(tensor("depth"), {n, r, r})};
+                   shaped(golden, "depth", {n, r, r})};
     call.grad_outputs = {tensor("grad_out.xyz"),
                          tensor("grad_out.opacity"),
                          tensor("grad_out.scaling"),

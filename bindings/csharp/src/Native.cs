@@ -1780,7 +1780,7 @@ namespace Splat.Interop
         /// <summary>
         /// Get a tensor that shares the model's memory, float32 and row-major, by name:
         ///   inputs      "images" [N,image_channels,R,R], "view_to_world" [N,4,4], "quaternions" [N,4],
-        ///               "focals" [N,2], "origin_distance" [N], "embedding", "tokens", as far as the
+        ///               "focals" [N,2], "origin_distance" [N], "depths" [N,R,R], "embedding", "tokens", as far as the
         ///               configuration has them; at first zeros, identity poses and focal lengths of R
         ///   outputs     as in splat_model_read; undefined before the first pass
         ///   parameters  the names of the state dict
@@ -4001,7 +4001,8 @@ namespace Splat.Interop
         /** <summary>input images of an object</summary> */ public uint views;
         /** <summary>R: images have R x R pixels</summary> */ public uint resolution;
         /** <summary>channels of the images that a pass takes</summary> */ public uint channels;
-        /** <summary>channels of "images": no plane of origin distances</summary> */ public uint image_channels;
+        /// <summary>channels of "images": no plane of origin distances, nor of depths in scene units</summary>
+        public uint image_channels;
         /** <summary>channels of "raw"</summary> */ public uint output_channels;
         /** <summary>M: Gaussians of an object</summary> */ public uint gaussians;
         /** <summary>degree of the spherical harmonics; K = (sh_degree + 1)^2</summary> */ public uint sh_degree;
@@ -4035,7 +4036,8 @@ namespace Splat.Interop
         /// <summary>images in the caller's layout, instead of <c>images</c>; the planes of an image may come from
         /// several pictures in turn, such as RGB, then depth: N pictures or a multiple</summary>
         public splat_image* pictures;
-        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance</summary>
+        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance, or depth in scene units for
+        /// the head (model.head.positions)</summary>
         public float* images;
         public ulong images_count;
         /// <summary>[N,4,4] row vectors: p_world = p_view M; NULL: the identity</summary>
