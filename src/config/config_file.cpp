@@ -218,8 +218,11 @@ bool is_default_head(const ModelConfig& network) {
 }
 
 /// Keys of adapters are written only if there are adapters, opt.freeze also if it is not empty.
-bool is_written(const Key& key, const ModelConfig& network) {
+bool is_written(const Key& key, const Settings& settings) {
+    const ModelConfig& network = settings.network;
     if (key.field.write == nullptr) return false;
+    if (std::string_view(key.name).starts_with("opt.cycle."))
+        return settings.training.cycle_every > 0;
     if (key.name == std::string_view("model.named_resolution"))
         return network.named_resolution != 0;
     if (std::string_view(key.name).starts_with("model.head.")) return !is_default_head(network);
@@ -304,7 +307,7 @@ std::string config_text(const ModelConfig& network) {
     std::string section;
     int members = 0;
     for (const Key& key : all_keys()) {
-        if (key.field.part == Part::kTraining || !is_written(key, network)) continue;
+        if (key.field.part == Part::kTraining || !is_written(key, settings)) continue;
         if (section_of(key) != section) {
             if (!section.empty()) json.end().newline(1);
             section = section_of(key);
@@ -320,7 +323,7 @@ std::string config_text(const ModelConfig& network) {
 std::string merged_config_text(const Settings& settings) {
     Config merged("configuration");
     for (const Key& key : all_keys()) {
-        if (!is_written(key, settings.network)) continue;
+        if (!is_written(key, settings)) continue;
         ConfigEntry entry = key.field.write(key, settings);
         entry.key = key.name;
         merged.set(std::move(entry));

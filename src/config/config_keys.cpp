@@ -31,6 +31,8 @@ constexpr Condition kSeldomRead{[](const Settings& s) { return !s.training.scale
                                 "while opt.scale_terms is true: each step is read at once"};
 constexpr Condition kEdges{[](const Settings& s) { return s.training.edge_weight > 0; },
                            "while opt.lambda_edge is 0"};
+constexpr Condition kCycle{[](const Settings& s) { return s.training.cycle_every > 0; },
+                           "while opt.cycle.every is 0"};
 constexpr Condition kAverage{[](const Settings& s) { return s.training.ema; },
                              "while opt.ema.use is false"};
 constexpr Condition kAdapted{[](const Settings& s) { return s.network.lora.rank > 0; },
@@ -330,6 +332,13 @@ constexpr Key kUpdateKeys[] = {
                    "Files of weights of VGG16 and of LPIPS."}),
     {"opt.scale_terms", kTraining<&T::scale_terms>, kAll, kOurs,
      "Hold scales between 1e-5 and 20; true for CO3D unless given."},
+    {"opt.cycle.every", kTraining<&T::cycle_every>, kSteps, kOurs,
+     "Each so many updates predict from a drawn view of a prediction, and train on the joined "
+     "Gaussians; 0: none."},
+    where(kCycle, {"opt.cycle.after", kTraining<&T::cycle_after>, kSteps, kOurs,
+                   "Updates before the first of these."}),
+    where(kCycle, {"opt.cycle.weight", kTraining<&T::cycle_weight>, above(0), kOurs,
+                   "Weight of the loss in these updates."}),
     {"opt.ema.use", kTraining<&T::ema>, kAll, kPublished, "Keep averaged weights, and store them."},
     where(kAverage, {"opt.ema.beta", kTraining<&T::ema_most>, below(0, 1), kPublished,
                      "Upper limit of the average's decay."}),
