@@ -56,7 +56,7 @@ Status check_picture(const config::ModelConfig& network, std::size_t i, const Pi
     if (!given.world_to_camera)
         return invalid("pictures[%zu]: no pose, expected one for each of the network's %u views", i,
                        network.views);
-    if (given.crop)
+    if (given.crop && !takes_whole_pictures(network))
         return invalid(
             "pictures[%zu]: one of %u views is to be cut out, expected whole pictures: "
             "poses belong to these",

@@ -48,7 +48,7 @@ namespace Splat
         public PictureSource? Image { get; set; }
         /// <summary>Object mask; null: found by alpha or by the colour of the border.</summary>
         public PictureSource? Mask { get; set; }
-        /// <summary>Where the network takes it; larger is nearer.</summary>
+        /// <summary>Where the network takes it; larger is nearer, or as model.head.depth_maps says.</summary>
         public PictureSource? Depth { get; set; }
         /// <summary>Where the network takes it; (normal + 1) / 2.</summary>
         public PictureSource? Normal { get; set; }
