@@ -1,6 +1,5 @@
 #include <cmath>
 
-#include "config/heads.h"
 #include "train/trainer_fixture.h"
 
 namespace splat::test {
