@@ -87,8 +87,8 @@ struct Downloaded {
     std::uint64_t faint = 0;       ///< left out: opacity below the least
 };
 
-/// Read a set without direct colours back: all its Gaussians, or those of at least this opacity that an image can show. Scales
-/// of 0, which exp() may give, become the least of float32, and are still drawn.
+/// Read a set without direct colours back: all its Gaussians, or those of at least this opacity that an
+/// image can show. Scales of 0, which exp() may give, become the least of float32, and are still drawn.
 ///
 /// Errors       those of Context::read
 /// Precision    the logarithm in float32; the logit in float64, rounded once
