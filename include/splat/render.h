@@ -61,7 +61,8 @@ enum {
     SPLAT_RASTERIZER_CUT_3_SIGMA = 1u << 13, /* alpha is 0 beyond 3 sigma of the dilated ellipse */
     /* colours are linear: `background` is sRGB and made linear, splat_rasterizer_read_images converts RGB to
      * sRGB (IEC 61966-2-1); tensors, splat_rasterizer_read and gradients stay linear */
-    SPLAT_RASTERIZER_LINEAR_COLORS = 1u << 14
+    SPLAT_RASTERIZER_LINEAR_COLORS = 1u << 14,
+    SPLAT_RASTERIZER_MEDIAN_DEPTH = 1u << 15 /* output MEDIAN_DEPTH, which has no gradient */
 };
 
 /* Work that is skipped because it does not change the image. Gaussians that a convention culls (see
@@ -215,7 +216,10 @@ enum {
     /* [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera */
     SPLAT_OUTPUT_NORMALS = 11,
     /* [V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none */
-    SPLAT_OUTPUT_IDS = 12
+    SPLAT_OUTPUT_IDS = 12,
+    /* [V,H,W] depth of the last Gaussian in front of which more than half of the light is left, scene units
+     * along z; 0: none */
+    SPLAT_OUTPUT_MEDIAN_DEPTH = 13
 };
 
 /* Copy an output of the last forward call, float32, to a tensor.
@@ -223,7 +227,8 @@ enum {
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
  *   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
- *                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS
+ *                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS, _IDS or
+ *                                     _MEDIAN_DEPTH
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
  *   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined */
 SPLAT_API splat_result splat_rasterizer_output(splat_rasterizer rasterizer,

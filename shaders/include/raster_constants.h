@@ -26,6 +26,7 @@ SPLAT_CONST_FLOAT kAlphaMin = 0.00392156886f;         // 1/255: fainter is skipp
 SPLAT_CONST_FLOAT kAlphaMax = 0.99f;                  // denser is clamped
 SPLAT_CONST_FLOAT kTransmittanceMin = 0.0001f;        // a pixel stops before it would fall below
 SPLAT_CONST_FLOAT kCutReach = 6.49212769f;            // 3 sigma, if cut there: 9/2 log2(e)
+SPLAT_CONST_FLOAT kMedianTransmittance = 0.5f;        // the median depth is the last in front of more
 SPLAT_CONST_FLOAT kExpectedAlphaMin = 0.0000000001f;  // floor of the divisor of expected depth
 
 // Projection, both conventions.

@@ -25,6 +25,7 @@ layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendIdsId) const bool kIds = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
 layout(constant_id = kBlendCutId) const bool kCut = false;
+layout(constant_id = kBlendMedianId) const bool kMedian = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 QUADS(2, normals);
@@ -33,7 +34,8 @@ QUADS(4, background);
 CARRIED(5, image, u64vec2, vec4);
 CARRIED(6, state, uint64_t, uvec2);
 CARRIED(7, extra, u64vec2, vec4);
-UINTS(8, order);
+layout(set = 0, binding = 8, std430) buffer Median { float median[]; };  // accumulates
+UINTS(9, order);
 layout(push_constant) uniform Push { BlendParams params; };
 
 #include "raster/spread_tile.glsl"
@@ -81,6 +83,7 @@ struct Pixel {
     float t;  // transmittance, negated once the pixel has stopped
     float entries, contributors, depth;
     float largest, id;  // the largest weight and its Gaussian
+    float median;
     vec3 color;
 };
 
@@ -94,6 +97,7 @@ void blend(inout Pixel p, float alpha, Layer layer, float stop_below) {
     const float next = p.t - p.t * alpha;
     const bool stop = next < stop_below;
     const float w = stop ? 0.0 : alpha * p.t;
+    if (kMedian) p.median = w > 0.0 && p.t > kMedianTransmittance ? layer.depth : p.median;
     p.t = stop ? -abs(p.t) : next;
     p.color += w * layer.rgb;
     p.entries = stop ? p.entries : layer.index;
@@ -111,13 +115,15 @@ void blend(inout Pixel p, float alpha, Layer layer, float stop_below) {
 Pixel carried_pixel(uint at) {
     const vec4 sums = image_plain[at];
     const vec4 more = kExtra ? extra_plain[at] : vec4(0);
-    return Pixel(sums.a, kNormals ? 0.0 : uintBitsToFloat(state_plain[at].y), more.z, more.x, more.y, more.w, sums.rgb);
+    return Pixel(sums.a, kNormals ? 0.0 : uintBitsToFloat(state_plain[at].y), more.z, more.x, more.y, more.w,
+                 kMedian ? median[at] : 0.0, sums.rgb);
 }
 
 void carry_pixel(uint at, Pixel p) {
     ST4(image, at, vec4(p.color, p.t));
     if (!kNormals) ST2(state, at, floatBitsToUint(vec2(abs(p.t), p.entries)));
     if (kExtra) ST4(extra, at, vec4(p.depth, p.largest, p.contributors, p.id));
+    if (kMedian) median[at] = p.median;
 }
 
 void write_pixel(uint at, Pixel p, vec3 behind) {
@@ -128,6 +134,7 @@ void write_pixel(uint at, Pixel p, vec3 behind) {
         const float expected = p.depth / max(1.0 - left, kExpectedAlphaMin);
         ST4(extra, at, vec4(p.depth, expected, p.contributors, kIds ? p.id : 0.0));
     }
+    if (kMedian) median[at] = p.median;
 }
 
 void main() {
@@ -148,7 +155,7 @@ void main() {
     Pixel pixels[kRows];
     [[unroll]] for (int r = 0; r < kRows; ++r) {
         const bool inside = column_inside && corner.y + at.y + uint(r) < size.y;
-        pixels[r] = Pixel(inside ? 1.0 : -1.0, 0.0, 0.0, 0.0, 0.0, -1.0, vec3(0));
+        pixels[r] = Pixel(inside ? 1.0 : -1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, vec3(0));
         const uvec2 to = corner + at + uvec2(0, r);
         if (kParts && params.part_begin > 0 && to.x < params.width && to.y < params.height)
             pixels[r] = carried_pixel((view * params.height + to.y) * params.width + to.x);
@@ -176,7 +183,7 @@ void main() {
             Layer layer;
             layer.rgb = vec3(subgroupShuffle(c.x, j), subgroupShuffle(c.y, j), subgroupShuffle(c.z, j));
             layer.index = subgroupShuffle(place, j);
-            layer.depth = kExtra ? subgroupShuffle(a.w, j) : 0.0;
+            layer.depth = kExtra || kMedian ? subgroupShuffle(a.w, j) : 0.0;
             layer.id = kIds ? subgroupShuffle(number, j) : 0.0;
             const float my = subgroupShuffle(a.y, j);
             precise float qx = subgroupShuffle(a.x, j) - x;

@@ -9,6 +9,7 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #include "blend.glsl"
 #include "blend_blocks.glsl"
+#include "table.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kBlendExtraId) const bool kExtra = false;
@@ -17,16 +18,18 @@ layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendIdsId) const bool kIds = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
 layout(constant_id = kBlendCutId) const bool kCut = false;
+layout(constant_id = kBlendMedianId) const bool kMedian = false;
 layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
-layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
+TABLE(4, background);
 layout(set = 0, binding = 5, std430) buffer Image { vec4 image[]; };  // accumulates
 layout(set = 0, binding = 6, std430) buffer State { vec2 state[]; };  // accumulates
 layout(set = 0, binding = 7, std430) buffer Extra { vec4 extra[]; };  // accumulates
+layout(set = 0, binding = 8, std430) buffer Median { float median[]; };  // accumulates
 layout(push_constant) uniform Push { BlendParams params; };
 
 const uint kBatch = kTileSize * kTileSize;

@@ -114,15 +114,16 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
         {params::kBlendNormalsId, normals ? 1U : 0U},
         {params::kBlendSizesId, desc.view_sizes ? 1U : 0U},
         {params::kBlendIdsId, desc.ids && !normals ? 1U : 0U},
-        {params::kBlendCutId, desc.cut_3_sigma ? 1U : 0U}};
+        {params::kBlendCutId, desc.cut_3_sigma ? 1U : 0U},
+        {params::kBlendMedianId, desc.median && !normals ? 1U : 0U}};
     if (kernels != vk::Kernels::kPlain) {
         constants.push_back({params::kBlendEarlyOutId, desc.skips.early_out ? 1U : 0U});
         constants.push_back({params::kBlendSkipBlocksId, desc.skips.blocks ? 1U : 0U});
     }
-    std::vector<vk::Access> accesses = {vk::read(views.splats),      vk::read(views.pairs),
-                                        vk::read(views.normals),     vk::read(views.ranges),
-                                        vk::read(views.background),  vk::read_write(views.image),
-                                        vk::read_write(views.state), vk::read_write(views.extra)};
+    std::vector<vk::Access> accesses = {
+        vk::read(views.splats),      vk::read(views.pairs),       vk::read(views.normals),
+        vk::read(views.ranges),      vk::read(views.background),  vk::read_write(views.image),
+        vk::read_write(views.state), vk::read_write(views.extra), vk::read_write(views.median)};
     if (part.of_long_lists) constants.push_back({params::kBlendPartsId, 1});
     if (cpu) accesses.push_back(vk::read(views.order));
     return recorder.dispatch({

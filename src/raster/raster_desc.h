@@ -65,6 +65,7 @@ struct RasterDesc : gaussians::SetDesc {
     float near_plane = kNear3dgs;
     float far_plane = kFarGsplat;
     bool extra = false;              ///< draw depth and contributors, too
+    bool median = false;             ///< draw the median depth, too; it has no gradient
     bool normals = false;            ///< draw an image of normals, too
     bool backward = false;           ///< keep the data of the backward pass
     bool original_gradient = false;  ///< 3dgs: the original's gradient with its three quirks

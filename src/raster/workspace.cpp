@@ -72,6 +72,7 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&image, "image", 16 * desc.pixels()},
                            {&state, "pixel state", 8 * desc.pixels()},
                            {&extra, "depth image", desc.extra ? 16 * desc.pixels() : 16},
+                           {&median, "median depth", desc.median ? 4 * desc.pixels() : 16},
                            {&normals, "normals", desc.normals ? 16 * items : 16},
                            {&normal_image, "normal image", desc.normals ? 16 * desc.pixels() : 16},
                            {&exported, "image gradients and pose sums",

@@ -59,6 +59,9 @@ Status read_outputs(vk::Context& context, const raster::Rasterizer& rasterizer, 
     SPLAT_ASSIGN(const auto extra, download<float>(context, space.extra.range(), 4 * pixels));
     SPLAT_ASSIGN(const auto normals, download<float>(context, space.normal_image.range(),
                                                      desc.normals ? 4 * pixels : 0));
+    SPLAT_ASSIGN(const auto median,
+                 download<float>(context, space.median.range(), desc.median ? pixels : 0));
+    run.outputs.median.assign(median.begin(), median.end());
     SPLAT_ASSIGN(const auto splats, download<float>(context, space.splats.range(), 12 * items));
     SPLAT_ASSIGN(const auto radii, download<float>(context, space.radii.range(), 2 * items));
     for (std::size_t p = 0; p < pixels; ++p) {
@@ -179,6 +182,7 @@ raster::RasterDesc raster_desc(const RasterCase& from, const RasterMode& mode) {
     desc.near_plane = mode.is_3dgs() ? 0.2F : 0.01F;
     desc.extra = true;
     desc.normals = true;
+    desc.median = true;
     return desc;
 }
 

@@ -83,6 +83,7 @@ std::vector<float> results_of(vk::Context& context, RasterSession& session,
     add(download(context, space.pose.range(), std::uint64_t{12} * desc.views));
     add(download(context, space.intrinsics.range(), std::uint64_t{4} * desc.views));
     if (desc.extra) add(download(context, space.extra.range(), 4 * desc.pixels()));
+    if (desc.median) add(download(context, space.median.range(), desc.pixels()));
     if (desc.normals) add(download(context, space.normal_image.range(), 4 * desc.pixels()));
     if (desc.contributions) add(download(context, space.contributions.range(), 2 * desc.gaussians));
     return all;

@@ -14,6 +14,7 @@
 ///   alpha_i = min(kAlphaMax, opacity_i exp(-sigma_i))      T_1 = 1, T_{i+1} = T_i (1 - alpha_i)
 ///   w_i = alpha_i T_i      rgb = sum w_i color_i + T_end background      alpha = 1 - T_end
 ///   depth = sum w_i z_i      depth_expected = depth / max(alpha, kExpectedAlphaMin)
+///   median = z_i of the last i with T_i > kMedianTransmittance, 0 if there is none
 ///
 /// Skipped: alpha < kAlphaMin; with cut_3_sigma also sigma > 9/2; in 3dgs also pixels whose tile the
 /// box does not meet. A pixel stops before the first Gaussian that would leave T < kTransmittanceMin (gsplat: <=).
@@ -43,6 +44,8 @@ struct BlendForward {
     std::vector<Real> alpha;              ///< [H,W]
     std::vector<Real> depth;              ///< [H,W] accumulated
     std::vector<Real> depth_expected;     ///< [H,W]
+    std::vector<Real> median;             ///< [H,W]
+    std::vector<Real> median_early;       ///< [H,W] median if T_i were less by 1e-4 of it
     std::vector<Real> normal;             ///< [H,W,3] accumulated, no background
     std::vector<std::int64_t> n_contrib;  ///< [H,W] Gaussians blended
 };
@@ -103,10 +106,15 @@ BlendForward<Real> blend_forward(const RasterScene<Real>& scene,
             Vec3<Real> rgb{};
             Vec3<Real> normal{};
             Real depth(0);
+            Real median(0);
+            Real median_early(0);
             for (const Blended<Real>& hit : pixel.hits) {
                 const ProjectedGaussian<Real>& g = projected.gaussians[hit.index];
                 const Real weight = hit.alpha * hit.transmittance;
                 depth += weight * g.depth;
+                const auto half = static_cast<Real>(raster::kMedianTransmittance);
+                if (hit.transmittance > half) median = g.depth;
+                if (hit.transmittance > half * Real(1.0001)) median_early = g.depth;
                 for (std::size_t k = 0; k < 3; ++k) {
                     rgb[k] += weight * g.color[k];
                     normal[k] += weight * g.normal[k];
@@ -119,6 +127,8 @@ BlendForward<Real> blend_forward(const RasterScene<Real>& scene,
             }
             out.alpha.push_back(alpha);
             out.depth.push_back(depth);
+            out.median.push_back(median);
+            out.median_early.push_back(median_early);
             out.depth_expected.push_back(depth / std::max(alpha, floor));
             out.n_contrib.push_back(static_cast<std::int64_t>(pixel.hits.size()));
         }

@@ -420,6 +420,7 @@ namespace Splat
         /// <summary>colours are linear: <c>Background</c> is sRGB and made linear, <c>Rasterizer.ReadImages</c>
         /// converts RGB to sRGB (IEC 61966-2-1); tensors, <c>Rasterizer.Read</c> and gradients stay linear</summary>
         LinearColors = 16384,
+        /** <summary>output MedianDepth, which has no gradient</summary> */ MedianDepth = 32768,
     }
 
     /// <summary>Work that is skipped because it does not change the image. Gaussians that a convention culls (see
@@ -460,6 +461,9 @@ namespace Splat
         Normals = 11,
         /// <summary>[V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none</summary>
         Ids = 12,
+        /// <summary>[V,H,W] depth of the last Gaussian in front of which more than half of the light is left, scene
+        /// units along z; 0: none</summary>
+        MedianDepth = 13,
     }
 
     /// <summary>What becomes of gradients.</summary>
@@ -663,6 +667,7 @@ namespace Splat
                 { "SPLAT_RASTERIZER_GRAD_MEANS2D", "RasterizerFlags.GradMeans2d" },
                 { "SPLAT_RASTERIZER_GRAD_POSE", "RasterizerFlags.GradPose" },
                 { "SPLAT_RASTERIZER_IDS", "RasterizerFlags.Ids" },
+                { "SPLAT_RASTERIZER_MEDIAN_DEPTH", "RasterizerFlags.MedianDepth" },
                 { "SPLAT_RASTERIZER_NORMALS", "RasterizerFlags.Normals" },
                 { "SPLAT_RASTERIZER_ORIGINAL_GRADIENT", "RasterizerFlags.OriginalGradient" },
                 { "SPLAT_SCENE_", "scene" }, { "SPLAT_SCHEDULE_COSINE", "Schedule.Cosine" },

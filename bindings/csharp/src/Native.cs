@@ -1750,7 +1750,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
         ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
-        ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS
+        ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS, _IDS or
+        ///                                     _MEDIAN_DEPTH
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
         /// </summary>

@@ -10,7 +10,7 @@ OUTPUTS: Dict[Any, Tuple[int, ...]] = {
     "rgb": (2, 32, 48, 3), "alpha": (2, 32, 48), "depth": (2, 32, 48),
     "expected_depth": (2, 32, 48), "contributors": (2, 32, 48), "normals": (2, 32, 48, 3),
     "means2d": (2, 50, 2), "radii": (2, 50, 2), "conics": (2, 50, 3), "depths": (2, 50),
-    "visibility": (2, 50), "ids": (2, 32, 48)}
+    "visibility": (2, 50), "ids": (2, 32, 48), "median_depth": (2, 32, 48)}
 
 
 class Drawing(Case):
@@ -20,7 +20,7 @@ class Drawing(Case):
         return splat.Rasterizer(self.device, 50, 48, 32, views=2, **options)  # type: ignore
 
     def test_all_outputs(self) -> None:
-        rasterizer = self.make(depth=True, normals=True, ids=True)
+        rasterizer = self.make(depth=True, normals=True, ids=True, median_depth=True)
         rasterizer.forward(scene(), cameras(2), (1, 0.5, 0))
         for name, shape in OUTPUTS.items():
             array = rasterizer.read(name)

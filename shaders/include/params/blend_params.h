@@ -24,6 +24,7 @@ SPLAT_SPEC_ID kBlendContributionsId = 19u;  // backward: also sum the weights an
 SPLAT_SPEC_ID kBlendPartsId = 20u;          // both passes: a part of each long list, see walks()
 SPLAT_SPEC_ID kBlendMaxSubgroupsId = 21u;   // backward, gpu: most subgroups of a workgroup
 SPLAT_SPEC_ID kBlendCutId = 22u;            // both passes: a Gaussian ends at 3 sigma
+SPLAT_SPEC_ID kBlendMedianId = 23u;         // forward: write the median depth
 
 struct BlendParams {
     uint width;

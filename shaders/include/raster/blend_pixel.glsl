@@ -13,7 +13,7 @@ void stage(uint place, uint item, uvec2 corner, uint view) {
     batch_a[place] = splats[item * 3] - vec4(corner, 0, 0);
     batch_b[place] = splats[item * 3 + 1];
     batch_c[place] = kNormals ? normals[item] : splats[item * 3 + 2];
-    if (kIds) batch_c[place].w = float(item - item_of_first(view, params.gaussians, background[1 + view]));
+    if (kIds) batch_c[place].w = float(item - item_of_first(view, params.gaussians, TABLE4(background, 1 + view)));
 }
 
 struct Pixel {
@@ -24,6 +24,7 @@ struct Pixel {
     bool stopped;
     uint entries, contributors;
     float most, id;
+    float median;
     vec4 sum;  // rgb, depth
 };
 
@@ -33,7 +34,7 @@ Pixel begin_pixel(uvec2 at, uvec2 corner, uint view, uint entries) {
     Pixel p;
     p.centre = vec2(at) + 0.5;
     p.index = (view * params.height + to.y) * params.width + to.x;
-    p.inside = all(lessThan(to, kSizes ? uvec2(background[1 + view].xy) : image_size));
+    p.inside = all(lessThan(to, kSizes ? uvec2(TABLE4(background, 1 + view).xy) : image_size));
     p.drawn = kSizes ? all(lessThan(to, image_size)) : p.inside;
     const bool carried = kParts && params.part_begin > 0 && p.drawn;
     const vec4 before = carried ? image[p.index] : vec4(0, 0, 0, p.inside ? 1.0 : -1.0);
@@ -44,6 +45,7 @@ Pixel begin_pixel(uvec2 at, uvec2 corner, uint view, uint entries) {
     p.contributors = uint(more.z);
     p.most = more.y;
     p.id = more.w;
+    p.median = carried && kMedian ? median[p.index] : 0.0;
     p.sum = vec4(before.rgb, more.x);
     return p;
 }
@@ -59,6 +61,7 @@ void blend(uint place, uint entry, inout Pixel p) {
     p.entries = stops ? entry : p.entries;
     p.stopped = p.stopped || stops;
     const float w = p.stopped ? 0.0 : alpha * p.t;
+    if (kMedian) p.median = w > 0.0 && p.t > kMedianTransmittance ? a.w : p.median;
     p.t = p.stopped ? p.t : next;
     p.sum += w * vec4(batch_c[place].xyz, a.w);
     p.contributors += w > 0.0 ? 1 : 0;
@@ -72,12 +75,13 @@ void blend(uint place, uint entry, inout Pixel p) {
 void write_pixel(Pixel p, bool last) {
     if (!p.drawn) return;
     if (!kNormals) state[p.index] = vec2(p.t, float(p.entries));
+    if (kMedian) median[p.index] = p.median;
     if (!last) {
         image[p.index] = vec4(p.sum.rgb, p.stopped ? -p.t : p.t);
         if (kExtra) extra[p.index] = vec4(p.sum.a, p.most, float(p.contributors), p.id);
         return;
     }
-    const vec3 behind = kNormals || (kSizes && !p.inside) ? vec3(0) : p.t * background[0].rgb;
+    const vec3 behind = kNormals || (kSizes && !p.inside) ? vec3(0) : p.t * TABLE4(background, 0).rgb;
     image[p.index] = vec4(p.sum.rgb + behind, 1.0 - p.t);
     const float expected = p.sum.w / max(1.0 - p.t, kExpectedAlphaMin);
     if (kExtra) extra[p.index] = vec4(p.sum.w, expected, float(p.contributors), kIds ? p.id : 0.0);

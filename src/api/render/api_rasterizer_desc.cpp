@@ -53,6 +53,7 @@ Result<raster::RasterDesc> api::raster_desc_of(const splat_rasterizer_desc& from
     if (from.far_plane != 0) desc.far_plane = from.far_plane;
     if (from.items != 0) desc.most_items = from.items;
     desc.extra = is_set(SPLAT_RASTERIZER_DEPTH) || is_set(SPLAT_RASTERIZER_IDS);
+    desc.median = is_set(SPLAT_RASTERIZER_MEDIAN_DEPTH);
     desc.normals = is_set(SPLAT_RASTERIZER_NORMALS);
     desc.original_gradient = is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT);
     desc.grad_depth = is_set(SPLAT_RASTERIZER_GRAD_DEPTH);

@@ -79,12 +79,14 @@ TEST(ApiSceneRender, GivesTheImagesOfARasterizer) {
     Views<float> floats;
     ASSERT_DONE(render(shared_device(), scene, &desc, floats, 3));
     expect_drawn(scene, floats, desc.flags, desc.convention, SPLAT_OUTPUT_RGB, desc.background);
-    for (const splat_output output :
-         {SPLAT_OUTPUT_ALPHA, SPLAT_OUTPUT_DEPTH, SPLAT_OUTPUT_NORMALS}) {
+    for (const splat_output output : {SPLAT_OUTPUT_ALPHA, SPLAT_OUTPUT_DEPTH, SPLAT_OUTPUT_NORMALS,
+                                      SPLAT_OUTPUT_MEDIAN_DEPTH}) {
         desc.output = output;
         ASSERT_DONE(
             render(shared_device(), scene, &desc, floats, output == SPLAT_OUTPUT_NORMALS ? 3 : 1));
-        expect_drawn(scene, floats, desc.flags | SPLAT_RASTERIZER_DEPTH | SPLAT_RASTERIZER_NORMALS,
+        expect_drawn(scene, floats,
+                     desc.flags | SPLAT_RASTERIZER_DEPTH | SPLAT_RASTERIZER_NORMALS |
+                         SPLAT_RASTERIZER_MEDIAN_DEPTH,
                      desc.convention, output, desc.background);
     }
 }

@@ -76,6 +76,7 @@ Outputs draw(vk::Context& context, const RasterCase& scene, const raster::Raster
     Outputs all = {download(context, space.image.range(), 4 * desc.pixels()),
                    download(context, space.state.range(), 2 * desc.pixels())};
     if (desc.extra) all.push_back(download(context, space.extra.range(), 4 * desc.pixels()));
+    if (desc.median) all.push_back(download(context, space.median.range(), desc.pixels()));
     if (desc.normals)
         all.push_back(download(context, space.normal_image.range(), 4 * desc.pixels()));
     return all;

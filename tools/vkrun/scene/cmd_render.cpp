@@ -35,9 +35,9 @@ namespace {
 
 constexpr const char* kRenderFooter =
     R"(Give one of --cameras, --orbit and --path. Images are named after those of the camera file, or numbered:
-NAME.png, and with --outputs also NAME_alpha, NAME_depth and NAME_normal. A .npy holds the float32
-numbers. In a .png, 0 to 1 become 0 to 255; depths (expected, along z) are divided by the largest of
-the image; normals, in the axes of the camera, are mapped from -1..1 to 0..1. Images of an orbit or a
+NAME.png, and with --outputs also NAME_alpha, NAME_depth, NAME_median and NAME_normal. A .npy holds the
+float32 numbers. In a .png, 0 to 1 become 0 to 255; depths (expected or median, along z) are divided by the
+largest of the image; normals, in the axes of the camera, are mapped from -1..1 to 0..1. Images of an orbit or a
 path get a transforms.json with their cameras, which 'vkrun fit' takes.
 
 A scene is drawn as its file says, unless --drawn-as says otherwise: with opacities that compensate for the dilation
@@ -74,6 +74,7 @@ constexpr OutputKind kKinds[] = {
     {"rgb", "", SPLAT_OUTPUT_RGB, 3, 0},
     {"alpha", "_alpha", SPLAT_OUTPUT_ALPHA, 1, 0},
     {"depth", "_depth", SPLAT_OUTPUT_EXPECTED_DEPTH, 1, SPLAT_RASTERIZER_DEPTH},
+    {"median", "_median", SPLAT_OUTPUT_MEDIAN_DEPTH, 1, SPLAT_RASTERIZER_MEDIAN_DEPTH},
     {"normal", "_normal", SPLAT_OUTPUT_NORMALS, 3, SPLAT_RASTERIZER_NORMALS},
 };
 
@@ -224,7 +225,8 @@ bool is_picture(const OutputKind& kind) {
 void to_picture(const OutputKind& kind, std::vector<float>& values) {
     if (kind.output == SPLAT_OUTPUT_NORMALS)
         for (float& value : values) value = 0.5F + 0.5F * value;
-    if (kind.output != SPLAT_OUTPUT_EXPECTED_DEPTH) return;
+    if (kind.output != SPLAT_OUTPUT_EXPECTED_DEPTH && kind.output != SPLAT_OUTPUT_MEDIAN_DEPTH)
+        return;
     const float most = *std::max_element(values.begin(), values.end());
     for (float& value : values) value = most > 0 ? value / most : 0;
 }

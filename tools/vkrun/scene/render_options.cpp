@@ -174,12 +174,12 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         ->default_str("0,0,0")
         ->delimiter(',')
         ->expected(3);
-    command.add_option("--outputs", options.outputs, "Any of rgb, alpha, depth and normal")
+    command.add_option("--outputs", options.outputs, "Any of rgb, alpha, depth, median and normal")
         ->type_name("NAME[,NAME]...")
         ->default_str("rgb")
         ->delimiter(',')
         ->allow_extra_args(false)
-        ->check(one_of({"rgb", "alpha", "depth", "normal"}));
+        ->check(one_of({"rgb", "alpha", "depth", "median", "normal"}));
     command
         .add_option_function<std::string>(
             "--animate",

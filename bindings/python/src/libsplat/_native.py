@@ -32,22 +32,22 @@ WORDS = {
     'SPLAT_RASTERIZER_DIRECT_COLORS': 'direct_colors=True', 'SPLAT_RASTERIZER_GRAD_DEPTH': 'grad_depth=True',
     'SPLAT_RASTERIZER_GRAD_INTRINSICS': 'grad_intrinsics=True', 'SPLAT_RASTERIZER_GRAD_MEANS2D': 'grad_means2d=True',
     'SPLAT_RASTERIZER_GRAD_POSE': 'grad_pose=True', 'SPLAT_RASTERIZER_IDS': 'ids=True',
-    'SPLAT_RASTERIZER_NORMALS': 'normals=True', 'SPLAT_RASTERIZER_ORIGINAL_GRADIENT': 'original_gradient=True',
-    'SPLAT_SCENE_': 'scene', 'SPLAT_SCHEDULE_COSINE': "'cosine'", 'SPLAT_SCHEDULE_STEP': "'step'",
-    'SPLAT_SELECT_BY_KIND': "'by_kind'", 'SPLAT_WEIGHTS_NPZ': "'npz'", 'SPLAT_WEIGHTS_PTH': "'pth'",
-    'SPLAT_WEIGHTS_SAFETENSORS': "'safetensors'", 'a_count': 'the number of a', 'adapters_alpha': 'alpha',
-    'adapters_path': 'a file of adapters', 'as_given': 'drawn_as', 'b_count': 'the number of b',
-    'bytes': "the array's size in bytes", 'camera_count': 'the number of cameras',
-    'conditioning_count': 'the number of conditioning', 'drawn_count': 'the number of drawn',
-    'extension_count': 'the number of extensions', 'focal_x': 'focal', 'focal_y': 'focal',
-    'image_count': 'the number of images', 'input_count': 'the number of inputs', 'max_device_bytes': 'max_bytes',
-    'model_path': 'model', 'number_count': 'the number of numbers', 'output_count': 'the number of outputs',
-    'picture_count': 'the number of pictures', 'port_count': 'the number of ports', 'sh_bands': 'sh_degree',
-    'splat_batches': 'Batches', 'splat_comparison': 'Comparison', 'splat_dataset': 'Dataset',
-    'splat_decode_set_limits': 'set_decode_limits', 'splat_device': 'Device', 'splat_device_cancel': 'Device.cancel',
-    'splat_device_profile_json': 'Device.profile', 'splat_evaluator': 'Evaluator',
-    'splat_evaluator_score': 'Evaluator.score', 'splat_fit_open': 'Fit', 'splat_fit_score': 'Scoring',
-    'splat_lpips': 'Lpips', 'splat_lpips_desc': 'Lpips', 'splat_model': 'Model',
+    'SPLAT_RASTERIZER_MEDIAN_DEPTH': 'median_depth=True', 'SPLAT_RASTERIZER_NORMALS': 'normals=True',
+    'SPLAT_RASTERIZER_ORIGINAL_GRADIENT': 'original_gradient=True', 'SPLAT_SCENE_': 'scene',
+    'SPLAT_SCHEDULE_COSINE': "'cosine'", 'SPLAT_SCHEDULE_STEP': "'step'", 'SPLAT_SELECT_BY_KIND': "'by_kind'",
+    'SPLAT_WEIGHTS_NPZ': "'npz'", 'SPLAT_WEIGHTS_PTH': "'pth'", 'SPLAT_WEIGHTS_SAFETENSORS': "'safetensors'",
+    'a_count': 'the number of a', 'adapters_alpha': 'alpha', 'adapters_path': 'a file of adapters',
+    'as_given': 'drawn_as', 'b_count': 'the number of b', 'bytes': "the array's size in bytes",
+    'camera_count': 'the number of cameras', 'conditioning_count': 'the number of conditioning',
+    'drawn_count': 'the number of drawn', 'extension_count': 'the number of extensions', 'focal_x': 'focal',
+    'focal_y': 'focal', 'image_count': 'the number of images', 'input_count': 'the number of inputs',
+    'max_device_bytes': 'max_bytes', 'model_path': 'model', 'number_count': 'the number of numbers',
+    'output_count': 'the number of outputs', 'picture_count': 'the number of pictures',
+    'port_count': 'the number of ports', 'sh_bands': 'sh_degree', 'splat_batches': 'Batches',
+    'splat_comparison': 'Comparison', 'splat_dataset': 'Dataset', 'splat_decode_set_limits': 'set_decode_limits',
+    'splat_device': 'Device', 'splat_device_cancel': 'Device.cancel', 'splat_device_profile_json': 'Device.profile',
+    'splat_evaluator': 'Evaluator', 'splat_evaluator_score': 'Evaluator.score', 'splat_fit_open': 'Fit',
+    'splat_fit_score': 'Scoring', 'splat_lpips': 'Lpips', 'splat_lpips_desc': 'Lpips', 'splat_model': 'Model',
     'splat_model_backward': 'Model.backward', 'splat_model_forward': 'Model.forward',
     'splat_model_load': 'Model.load', 'splat_model_ports': 'Model.ports', 'splat_module': 'Module',
     'splat_normals_desc': 'normals', 'splat_op': 'Op', 'splat_optimizer': 'Optimizer',
@@ -661,6 +661,7 @@ class RasterizerFlags(IntFlag):
     CUT_3_SIGMA        alpha is 0 beyond 3 sigma of the dilated ellipse
     LINEAR_COLORS      colours are linear: `background` is sRGB and made linear, `Rasterizer.read_images` converts RGB
                        to sRGB (IEC 61966-2-1); tensors, `Rasterizer.read` and gradients stay linear
+    MEDIAN_DEPTH       output MEDIAN_DEPTH, which has no gradient
     """
 
     DIRECT_COLORS = 1
@@ -678,6 +679,7 @@ class RasterizerFlags(IntFlag):
     SORT_BY_DISTANCE = 4096
     CUT_3_SIGMA = 8192
     LINEAR_COLORS = 16384
+    MEDIAN_DEPTH = 32768
 
 
 class SkipFlags(IntFlag):
@@ -719,6 +721,8 @@ class Output(OpenEnum):
     VISIBILITY      [V,N] 1, or 0 if culled
     NORMALS         [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
     IDS             [V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
+    MEDIAN_DEPTH    [V,H,W] depth of the last Gaussian in front of which more than half of the light is left, scene
+                    units along z; 0: none
     """
 
     RGB = 1
@@ -733,11 +737,12 @@ class Output(OpenEnum):
     VISIBILITY = 10
     NORMALS = 11
     IDS = 12
+    MEDIAN_DEPTH = 13
 
 
 OutputName = Literal[
     "rgb", "alpha", "depth", "expected_depth", "contributors", "means2d", "radii", "conics", "depths", "visibility",
-    "normals", "ids",
+    "normals", "ids", "median_depth",
 ]
 
 

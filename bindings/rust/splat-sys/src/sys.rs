@@ -238,6 +238,7 @@ pub const SPLAT_RASTERIZER_SORT_BY_DISTANCE: u32 = 4096;
 /// colours are linear: `background` is sRGB and made linear, splat_rasterizer_read_images converts RGB to sRGB (IEC
 /// 61966-2-1); tensors, splat_rasterizer_read and gradients stay linear
 pub const SPLAT_RASTERIZER_LINEAR_COLORS: u32 = 16384;
+/** output MEDIAN_DEPTH, which has no gradient */ pub const SPLAT_RASTERIZER_MEDIAN_DEPTH: u32 = 32768;
 
 /** the region where alpha \< 1/255 */ pub const SPLAT_SKIP_OPACITY_EXTENT: u32 = 1;
 /** tiles that the ellipse does not touch */ pub const SPLAT_SKIP_EXACT_TILES: u32 = 2;
@@ -267,6 +268,9 @@ pub type splat_output = i32;
 pub const SPLAT_OUTPUT_NORMALS: splat_output = 11;
 /// \[V,H,W\] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
 pub const SPLAT_OUTPUT_IDS: splat_output = 12;
+/// \[V,H,W\] depth of the last Gaussian in front of which more than half of the light is left, scene units along z;
+/// 0: none
+pub const SPLAT_OUTPUT_MEDIAN_DEPTH: splat_output = 13;
 
 /// add gradients to the tensors' contents instead of overwriting them
 pub const SPLAT_GRADIENTS_ACCUMULATE: u32 = 1;
@@ -3225,7 +3229,8 @@ extern "C" {
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
     ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
-    ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS
+    ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS, _IDS or
+    ///                                     _MEDIAN_DEPTH
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
     ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
     /// ```

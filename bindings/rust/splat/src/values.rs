@@ -393,6 +393,7 @@ flags! {
         /// colours are linear: `background` is sRGB and made linear, `Rasterizer::read_images` converts RGB to sRGB
         /// (IEC 61966-2-1); tensors, `Rasterizer::read` and gradients stay linear
         LINEAR_COLORS = SPLAT_RASTERIZER_LINEAR_COLORS,
+        /** output MEDIAN_DEPTH, which has no gradient */ MEDIAN_DEPTH = SPLAT_RASTERIZER_MEDIAN_DEPTH,
     }
 }
 
@@ -430,6 +431,9 @@ number! {
         NORMALS = SPLAT_OUTPUT_NORMALS,
         /// \[V,H,W\] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
         IDS = SPLAT_OUTPUT_IDS,
+        /// \[V,H,W\] depth of the last Gaussian in front of which more than half of the light is left, scene units
+        /// along z; 0: none
+        MEDIAN_DEPTH = SPLAT_OUTPUT_MEDIAN_DEPTH,
     }
 }
 
@@ -1153,7 +1157,7 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 100] = [
+pub(crate) const WORDS: [(&str, &str); 101] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
     ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"), ("SPLAT_DEVICE_VALIDATION", "DeviceFlags::VALIDATION"),
@@ -1175,6 +1179,7 @@ pub(crate) const WORDS: [(&str, &str); 100] = [
     ("SPLAT_RASTERIZER_GRAD_INTRINSICS", "RasterizerFlags::GRAD_INTRINSICS"),
     ("SPLAT_RASTERIZER_GRAD_MEANS2D", "RasterizerFlags::GRAD_MEANS2D"),
     ("SPLAT_RASTERIZER_GRAD_POSE", "RasterizerFlags::GRAD_POSE"), ("SPLAT_RASTERIZER_IDS", "RasterizerFlags::IDS"),
+    ("SPLAT_RASTERIZER_MEDIAN_DEPTH", "RasterizerFlags::MEDIAN_DEPTH"),
     ("SPLAT_RASTERIZER_NORMALS", "RasterizerFlags::NORMALS"),
     ("SPLAT_RASTERIZER_ORIGINAL_GRADIENT", "RasterizerFlags::ORIGINAL_GRADIENT"), ("SPLAT_SCENE_", "scene"),
     ("SPLAT_SCHEDULE_COSINE", "Schedule::COSINE"), ("SPLAT_SCHEDULE_STEP", "Schedule::STEP"),
