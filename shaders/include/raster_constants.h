@@ -1,4 +1,4 @@
-// Constants of the two conventions of 3D Gaussian splatting, for GLSL and C++.
+// Constants of the conventions of 3D Gaussian splatting, for GLSL and C++.
 //
 // float constants take part in decisions (is a Gaussian seen, does a pixel stop): kernels and
 // float64 reference use the same float32 value, the reference widened. Spherical harmonics are
@@ -47,6 +47,9 @@ SPLAT_CONST_FLOAT kNearGsplat = 0.01f;          // depth < kNearGsplat is culled
 SPLAT_CONST_FLOAT kFarGsplat = 10000000000.0f;  // depth > kFarGsplat is culled
 SPLAT_CONST_FLOAT kFovMarginGsplat = 0.3f;      // clamp of x/z: margin in half fields of view
 SPLAT_CONST_FLOAT kMaxSigma = 3.33f;            // largest extent, in standard deviations
+
+// Ray maximum (Yu et al. 2024, Gaussian Opacity Fields); its near plane is that of 3dgs.
+SPLAT_CONST_FLOAT kRayVariance = 0.0000001f;  // added to the squares of scales
 
 // Real spherical harmonics of a direction (x, y, z), constant term first:
 //   0: 1

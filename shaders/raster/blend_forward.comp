@@ -10,7 +10,7 @@
 // kNormals: blend normals instead of colours, without background, kSizes: the image is 0 beyond a view's size, kIds:
 // write the Gaussian, kParts: walk a part of each long list; until its last one, image is (rgb, T), extra
 // (sum w depth, largest w, contributors, its Gaussian), and T negative where a pixel has stopped. The workgroup has
-// kTileSize^2 invocations.
+// kTileSize^2 invocations. kRays: alpha and depth are those of the maximum along the pixel's ray (ray_form.glsl).
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
 #include "table.glsl"
@@ -23,6 +23,7 @@ layout(constant_id = kBlendIdsId) const bool kIds = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
 layout(constant_id = kBlendCutId) const bool kCut = false;
 layout(constant_id = kBlendMedianId) const bool kMedian = false;
+layout(constant_id = kBlendRaysId) const bool kRays = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Normals { vec4 normals[]; };

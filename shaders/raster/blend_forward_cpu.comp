@@ -26,6 +26,7 @@ layout(constant_id = kBlendIdsId) const bool kIds = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
 layout(constant_id = kBlendCutId) const bool kCut = false;
 layout(constant_id = kBlendMedianId) const bool kMedian = false;
+layout(constant_id = kBlendRaysId) const bool kRays = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 QUADS(2, normals);
@@ -62,8 +63,8 @@ void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting
         const uint candidate = LD1(pairs, 2 * mine + 1);
         const vec2 mean = LD4(splats, candidate * 3).xy;
         const vec4 b = LD4(splats, candidate * 3 + 1);
-        const bool keep = seen + lane < range.y &&
-                          (!kSkipBlocks || reaches_block(low, mean, b));
+        const bool reaches = kRays ? boxes_meet(low, low + 7.0, b) : reaches_block(low, mean, b);
+        const bool keep = seen + lane < range.y && (!kSkipBlocks || reaches);
         const uint kept = subgroupBallot(keep).x & 0xFFu;
         const int before = int(lane) - int(waiting.count);  // index among the kept entries
         if (before >= 0) waiting.entries = seen + place_of_bit(kept, before);
@@ -172,7 +173,8 @@ void main() {
         waiting = Waiting(waiting.count - min(waiting.count, 8u), waiting.next_entries, 0);
         const uint item = LD1(pairs, 2 * entry + 1);
         const vec4 a = LD4(splats, item * 3) - vec4(corner, 0, 0);
-        const vec4 b = LD4(splats, item * 3 + 1);
+        const vec4 b = LD4(splats, kRays ? params.rays + item * 2 : item * 3 + 1);
+        const vec4 e = kRays ? LD4(splats, params.rays + item * 2 + 1) : vec4(0);
         const vec4 c = kNormals ? LD4(normals, item) : LD4(splats, item * 3 + 2);
         const float opacity = filled ? a.z : 0.0;
         const float number = kIds ? float(item - first_item) : 0.0;
@@ -183,9 +185,13 @@ void main() {
             Layer layer;
             layer.rgb = vec3(subgroupShuffle(c.x, j), subgroupShuffle(c.y, j), subgroupShuffle(c.z, j));
             layer.index = subgroupShuffle(place, j);
-            layer.depth = kExtra || kMedian ? subgroupShuffle(a.w, j) : 0.0;
+            layer.depth = kExtra || kMedian || kRays ? subgroupShuffle(a.w, j) : 0.0;
             layer.id = kIds ? subgroupShuffle(number, j) : 0.0;
             const float my = subgroupShuffle(a.y, j);
+            const float z = layer.depth, f22 = kRays ? subgroupShuffle(b.w, j) : 0.0;
+            vec4 ray = vec4(0);
+            if (kRays) ray = vec4(subgroupShuffle(e.x, j), subgroupShuffle(e.y, j), subgroupShuffle(e.z, j),
+                                  subgroupShuffle(e.w, j));
             precise float qx = subgroupShuffle(a.x, j) - x;
             precise float ux = l.x * qx;
             [[unroll]] for (int r = 0; r < kRows; ++r) {
@@ -193,7 +199,13 @@ void main() {
                 precise float u = ux + l.y * qy;
                 precise float v = l.z * qy;
                 precise float power = -(u * u + v * v);
+                if (kRays) {
+                    const vec2 found = ray_maximum(vec2(qx, qy), vec4(l, f22), ray, z);
+                    power = found.x;
+                    layer.depth = found.y;
+                }
                 precise float raw = density(o, power, kCut);
+                if (kRays && !(layer.depth > params.near_plane)) raw = 0.0;
                 blend(pixels[r], limit_alpha(raw), layer, stop_below);
             }
         }

@@ -46,7 +46,7 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
     poses_ = desc.grad_pose ? round_up(image_gradients, kPartAlignment) : 0;
     SPLAT_ASSIGN(
         item_bytes_,
-        allocate(context, {{&splats, "splats", 48 * items},
+        allocate(context, {{&splats, "splats", 16 * desc.splat_quads() * items},
                            {&counts, "tile counts and first records",
                             first_records_ + (desc.backward ? 4 * items : 16)},
                            {&radii, "radii", 8 * items},

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "ref/project_ray_ref.h"
 #include "ref/project_ref.h"
 #include "ref/raster_scene_ref.h"
 
@@ -17,7 +18,9 @@
 ///   median = z_i of the last i with T_i > kMedianTransmittance, 0 if there is none
 ///
 /// Skipped: alpha < kAlphaMin; with cut_3_sigma also sigma > 9/2; in 3dgs also pixels whose tile the
-/// box does not meet. A pixel stops before the first Gaussian that would leave T < kTransmittanceMin (gsplat: <=).
+/// box does not meet. ray_maximum: sigma and z_i are those of the maximum along the pixel's ray (project_ray_ref.h),
+/// skipped unless z_i > near. A pixel stops before the first Gaussian that would leave
+/// T < kTransmittanceMin (gsplat: <=).
 namespace splat::ref {
 
 /// One Gaussian that a pixel blends.
@@ -28,6 +31,7 @@ struct Blended {
     Real dy = 0;
     Real density = 0;  ///< opacity exp(-sigma), not clamped
     Real alpha = 0;
+    Real depth = 0;
     Real transmittance = 0;  ///< in front of it
 };
 
@@ -66,8 +70,15 @@ Blended<Real> density_at(const ProjectedGaussian<Real>& g, std::size_t column, s
     Blended<Real> hit;
     hit.dx = g.mean2d[0] - (static_cast<Real>(column) + Real(0.5));
     hit.dy = g.mean2d[1] - (static_cast<Real>(row) + Real(0.5));
+    hit.depth = g.depth;
     const auto [A, B, C] = g.conic;
-    const Real sigma = (A * hit.dx * hit.dx + C * hit.dy * hit.dy) / Real(2) + B * hit.dx * hit.dy;
+    Real sigma = (A * hit.dx * hit.dx + C * hit.dy * hit.dy) / Real(2) + B * hit.dx * hit.dy;
+    if (g.ray.used) {
+        const RayMaximum<Real> seen = ray_maximum(g, column, row);
+        sigma = seen.squared / Real(2);
+        hit.depth = seen.depth;
+        if (!(seen.depth > g.ray.near_plane)) return hit;
+    }
     if (sigma < Real(0) || sigma > g.reach) return hit;
     hit.density = g.opacity * std::exp(-sigma);
     hit.alpha = std::min(static_cast<Real>(raster::kAlphaMax), hit.density);
@@ -86,7 +97,7 @@ BlendedPixel<Real> blend_pixel(const RasterScene<Real>& scene,
         Blended<Real> hit = density_at(g, column, row);
         if (hit.alpha < static_cast<Real>(raster::kAlphaMin)) continue;
         const Real behind = pixel.transmittance * (Real(1) - hit.alpha);
-        if (scene.options.is_3dgs() ? behind < least : behind <= least) break;
+        if (scene.options.is_gsplat() ? behind <= least : behind < least) break;
         hit.index = index;
         hit.transmittance = pixel.transmittance;
         pixel.hits.push_back(hit);
@@ -111,10 +122,10 @@ BlendForward<Real> blend_forward(const RasterScene<Real>& scene,
             for (const Blended<Real>& hit : pixel.hits) {
                 const ProjectedGaussian<Real>& g = projected.gaussians[hit.index];
                 const Real weight = hit.alpha * hit.transmittance;
-                depth += weight * g.depth;
+                depth += weight * hit.depth;
                 const auto half = static_cast<Real>(raster::kMedianTransmittance);
-                if (hit.transmittance > half) median = g.depth;
-                if (hit.transmittance > half * Real(1.0001)) median_early = g.depth;
+                if (hit.transmittance > half) median = hit.depth;
+                if (hit.transmittance > half * Real(1.0001)) median_early = hit.depth;
                 for (std::size_t k = 0; k < 3; ++k) {
                     rgb[k] += weight * g.color[k];
                     normal[k] += weight * g.normal[k];

@@ -393,6 +393,11 @@ namespace Splat
         /** <summary>Nothing: the default.</summary> */ Default = 0,
         /** <summary>Kerbl et al. 2023: extents of 3 sigma, quaternions as given</summary> */ Original3dgs = 1,
         /** <summary>gsplat 1.6: exactly alpha &gt;= 1/255, quaternions normalised</summary> */ Gsplat = 2,
+        /// <summary>Yu et al. 2024, Gaussian Opacity Fields, for the weights of F3D-Gaus: opacity at the maximum
+        /// along a pixel's ray, without a dilation, blended in order of the means' depths; quaternions normalised.
+        /// Outputs of depth are those of the maxima, which lie beyond the near plane. It has no gradients, no
+        /// Antialiased and no Conics</summary>
+        RayMaximum = 3,
     }
 
     /// <summary>What a rasterizer can do.</summary>
@@ -443,7 +448,7 @@ namespace Splat
     /// <summary>What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a
     /// range of fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other, I Gaussians
     /// in all. Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the
-    /// image, not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.</summary>
+    /// image, not finite, without extent, or (not 3dgs) fainter than 1/255. No skip changes them.</summary>
     public enum Output : int
     {
         /** <summary>Nothing: the default.</summary> */ Default = 0,
@@ -644,6 +649,7 @@ namespace Splat
                 { "NULL", "null" }, { "SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags.IgnoreDistortion" },
                 { "SPLAT_CONVENTION_3DGS", "Convention.Original3dgs" },
                 { "SPLAT_CONVENTION_GSPLAT", "Convention.Gsplat" },
+                { "SPLAT_CONVENTION_RAY_MAXIMUM", "Convention.RayMaximum" },
                 { "SPLAT_DEVICE_PROFILE", "DeviceFlags.Profile" },
                 { "SPLAT_DEVICE_VALIDATION", "DeviceFlags.Validation" }, { "SPLAT_DTYPE_F32", "DType.F32" },
                 { "SPLAT_EVENT_STEP", "RunEventKind.Step" }, { "SPLAT_EXPORT_", "a value of ModelExport" },
@@ -658,6 +664,7 @@ namespace Splat
                 { "SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags.InputGradients" },
                 { "SPLAT_PASS_TENSORS", "PassFlags.Tensors" }, { "SPLAT_PICTURE_WHOLE", "PictureFlags.Whole" },
                 { "SPLAT_PIXEL_", "pixel" }, { "SPLAT_PORT_KIND_", "PortKind" },
+                { "SPLAT_RASTERIZER_ANTIALIASED", "RasterizerFlags.Antialiased" },
                 { "SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags.Backward" },
                 { "SPLAT_RASTERIZER_CONTRIBUTIONS", "RasterizerFlags.Contributions" },
                 { "SPLAT_RASTERIZER_DEPTH", "RasterizerFlags.Depth" },

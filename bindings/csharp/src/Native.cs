@@ -3911,9 +3911,9 @@ namespace Splat.Interop
     /// Gaussians as tensors. The caller activates them; numbers outside the ranges are drawn, too:
     ///   opacities   &lt;= 0: absent, without a gradient; &gt; 1: its product with the falloff ends at 0.99
     ///   scales      the sign has no effect; 0: flat, and wider by what every Gaussian has in the picture,
-    ///               0.3 pixels^2 of variance
-    ///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_GSPLAT
-    ///               normalises them, SPLAT_CONVENTION_3DGS draws another size and shape
+    ///               0.3 pixels^2 of variance (SPLAT_CONVENTION_RAY_MAXIMUM: in the scene, 1e-7 units^2)
+    ///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_3DGS draws another
+    ///               size and shape, the others normalise them
     /// A loop that fits Gaussians keeps logarithms of scales [n,3] and logits of opacities [n]: it runs
     /// the operators "exp" and "sigmoid" of model.h before a forward call, and their backward after it.
     /// </summary>

@@ -31,6 +31,14 @@ class Drawing(Case):
         tensor = splat.Tensor.zeros(self.device, (2, 32, 48))
         self.assertIs(rasterizer.output(splat.Output.ALPHA, into=tensor), tensor)
 
+    def test_the_maximum_along_rays(self) -> None:
+        rasterizer = self.make(convention="ray_maximum", median_depth=True)
+        rasterizer.forward(scene(), cameras(2))
+        median = rasterizer.read("median_depth")
+        np.testing.assert_array_equal(median > 0, rasterizer.read("alpha") > 0)
+        self.refused(splat.InvalidState, "ray_maximum", rasterizer.read, "conics")
+        self.refused(splat.InvalidArgument, "without gradients", self.make, convention="ray_maximum", backward=True)
+
     def test_messages_name_what_python_has(self) -> None:
         rasterizer = self.make()
         rasterizer.forward(scene(), cameras(2), (1, 1, 1))

@@ -8,10 +8,12 @@
 shared vec4 batch_a[kBatch];
 shared vec4 batch_b[kBatch];
 shared vec4 batch_c[kBatch];
+shared vec4 batch_e[kRays ? kBatch : 1];  // e of ray_form.glsl; its l takes the place of l11 to reach
 
 void stage(uint place, uint item, uvec2 corner, uint view) {
     batch_a[place] = splats[item * 3] - vec4(corner, 0, 0);
-    batch_b[place] = splats[item * 3 + 1];
+    batch_b[place] = splats[kRays ? params.rays + item * 2 : item * 3 + 1];
+    if (kRays) batch_e[place] = splats[params.rays + item * 2 + 1];
     batch_c[place] = kNormals ? normals[item] : splats[item * 3 + 2];
     if (kIds) batch_c[place].w = float(item - item_of_first(view, params.gaussians, TABLE4(background, 1 + view)));
 }
@@ -53,17 +55,25 @@ Pixel begin_pixel(uvec2 at, uvec2 corner, uint view, uint entries) {
 // Blends entry `place` of the batch, which is number `entry` of the list.
 void blend(uint place, uint entry, inout Pixel p) {
     const vec4 a = batch_a[place];
-    precise float power = log2_weight(a.xy, batch_b[place].xyz, p.centre);
+    float depth = a.w;
+    precise float power;
+    if (kRays) {
+        const vec2 found = ray_maximum(a.xy - p.centre, batch_b[place], batch_e[place], a.w);
+        power = found.x;
+        depth = found.y;
+    } else {
+        power = log2_weight(a.xy, batch_b[place].xyz, p.centre);
+    }
     precise float alpha = min(kAlphaMax, density(a.z, power, kCut));
-    alpha = alpha >= kAlphaMin ? alpha : 0.0;
+    alpha = alpha >= kAlphaMin && (!kRays || depth > params.near_plane) ? alpha : 0.0;
     const float next = p.t - p.t * alpha;
     const bool stops = !p.stopped && next < params.stop_below;
     p.entries = stops ? entry : p.entries;
     p.stopped = p.stopped || stops;
     const float w = p.stopped ? 0.0 : alpha * p.t;
-    if (kMedian) p.median = w > 0.0 && p.t > kMedianTransmittance ? a.w : p.median;
+    if (kMedian) p.median = w > 0.0 && p.t > kMedianTransmittance ? depth : p.median;
     p.t = p.stopped ? p.t : next;
-    p.sum += w * vec4(batch_c[place].xyz, a.w);
+    p.sum += w * vec4(batch_c[place].xyz, depth);
     p.contributors += w > 0.0 ? 1 : 0;
     if (kIds) {
         p.id = w > p.most ? batch_c[place].w : p.id;

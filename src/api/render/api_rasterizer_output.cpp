@@ -55,6 +55,10 @@ Result<const OutputRow*> find_output(const raster::RasterDesc& desc, splat_outpu
         return not_made_for(row, "SPLAT_RASTERIZER_IDS");
     if (row.flag == SPLAT_RASTERIZER_MEDIAN_DEPTH && !desc.median)
         return not_made_for(row, "SPLAT_RASTERIZER_MEDIAN_DEPTH");
+    if (output == SPLAT_OUTPUT_CONICS && desc.rays())
+        return bad_state(
+            "output 'conics' needs a convention that projects Gaussians to ellipses, not "
+            "SPLAT_CONVENTION_RAY_MAXIMUM");
     return &row;
 }
 

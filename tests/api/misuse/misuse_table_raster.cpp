@@ -64,7 +64,7 @@ void MisuseTable::rasterizer_rows() {
     invalid("too many views", kUnsupported, [](auto& d) { d.views = UINT32_MAX; });
     invalid("a degree too high", kArgument, [](auto& d) { d.sh_degree = 4; });
     invalid("unknown skips", kArgument, [](auto& d) { d.disabled_skips = 64; });
-    invalid("an unknown convention", kArgument, [](auto& d) { d.convention = 3; });
+    invalid("an unknown convention", kArgument, [](auto& d) { d.convention = 4; });
     invalid("a negative convention", kArgument, [](auto& d) { d.convention = -1; });
     invalid("a negative near plane", kArgument, [](auto& d) { d.near_plane = -1; });
     invalid("a near plane that is NaN", kArgument, [](auto& d) { d.near_plane = NAN; });
@@ -75,6 +75,14 @@ void MisuseTable::rasterizer_rows() {
     invalid("the original gradient in gsplat", kArgument, [](auto& d) {
         d.flags = SPLAT_RASTERIZER_ORIGINAL_GRADIENT;
         d.convention = SPLAT_CONVENTION_GSPLAT;
+    });
+    invalid("gradients in ray_maximum", kArgument, [](auto& d) {
+        d.flags = SPLAT_RASTERIZER_BACKWARD;
+        d.convention = SPLAT_CONVENTION_RAY_MAXIMUM;
+    });
+    invalid("antialiased in ray_maximum", kArgument, [](auto& d) {
+        d.flags = SPLAT_RASTERIZER_ANTIALIASED;
+        d.convention = SPLAT_CONVENTION_RAY_MAXIMUM;
     });
     invalid("bands of direct colours", kArgument,
             [](auto& d) { d.flags = SPLAT_RASTERIZER_DIRECT_COLORS; });
@@ -179,7 +187,7 @@ void MisuseTable::scene_render_rows() {
     const auto desc = wrong_structs<splat_scene_render_desc>("splat_scene_render");
     desc("an output of Gaussians", kArgument, [](auto& d) { d.output = SPLAT_OUTPUT_RADII; });
     desc("no output", kArgument, [](auto& d) { d.output = 14; });
-    desc("an unknown convention", kArgument, [](auto& d) { d.convention = 3; });
+    desc("an unknown convention", kArgument, [](auto& d) { d.convention = 4; });
     desc("gradients", kArgument, [](auto& d) { d.flags = SPLAT_RASTERIZER_BACKWARD; });
     desc("as given twice", kArgument, [](auto& d) { d.as_given = 2; });
     desc("a background that is not finite", kArgument, [](auto& d) { d.background[2] = NAN; });

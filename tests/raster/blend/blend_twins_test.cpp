@@ -94,7 +94,8 @@ void expect_same(const Outputs& got, const Outputs& expected, const std::string&
 
 raster::RasterDesc desc_of(const RasterCase& scene, const RasterMode& mode) {
     raster::RasterDesc desc = raster_desc(scene, mode);
-    desc.backward = desc.extra = desc.normals = desc.ids = true;
+    desc.extra = desc.normals = desc.ids = true;
+    desc.backward = !mode.is_ray();
     desc.views = kViews;
     return desc;
 }
@@ -140,6 +141,19 @@ TEST_P(BlendTwins, CutAndByDistance) {
     for (const RasterMode& mode : std::span(kDrawnModes).last(2)) {
         const raster::RasterDesc desc = desc_of(scene, mode);
         expect_twins(context(), plain(), scene, desc, call_of(scene, desc));
+    }
+}
+
+TEST_P(BlendTwins, RayMaximum) {
+    const RasterCase scenes[] = {random_scene({300, 75, 41}, 211),
+                                 needle_scene({120, 75, 41}, 212, 3),
+                                 opaque_scene({300, 61, 50}, 213)};
+    for (const RasterCase& scene : scenes) {
+        const raster::RasterDesc desc = desc_of(scene, kRayModes[0]);
+        Call call = call_of(scene, desc);
+        expect_twins(context(), plain(), scene, desc, call);
+        call.ranges = {{20, 100}, {0, 120}, {100, 10}};
+        expect_twins(context(), plain(), scene, desc, call);
     }
 }
 

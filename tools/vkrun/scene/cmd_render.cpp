@@ -44,6 +44,9 @@ A scene is drawn as its file says, unless --drawn-as says otherwise: with opacit
 (antialiased), blended by the distance to the camera rather than by depth (by-distance), cut at 3 sigma (3-sigma), or
 blended linear and converted to sRGB (linear-colours; --background is sRGB, too). The last line names what was done.
 
+With --convention ray_maximum a pixel sees each Gaussian where it is densest along the pixel's ray, without a dilation
+(Yu et al. 2024, Gaussian Opacity Fields), as F3D-Gaus draws what its weights predict.
+
 A path goes smoothly through all cameras of its file, by equal steps, with the lens of the first one. ffmpeg makes a
 video of its frames: ffmpeg -framerate 30 -i path/%04d.png -pix_fmt yuv420p path.mp4
 
@@ -195,8 +198,9 @@ class Renderer {
         desc.sh_degree = file_.info.sh_degree;
         desc.width = width_ = camera.width;
         desc.height = height_ = camera.height;
-        desc.convention =
-            options_.convention == "gsplat" ? SPLAT_CONVENTION_GSPLAT : SPLAT_CONVENTION_3DGS;
+        desc.convention = options_.convention == "gsplat"        ? SPLAT_CONVENTION_GSPLAT
+                          : options_.convention == "ray_maximum" ? SPLAT_CONVENTION_RAY_MAXIMUM
+                                                                 : SPLAT_CONVENTION_3DGS;
         desc.near_plane = options_.near_plane.value_or(0.0F);
         desc.far_plane = options_.far_plane.value_or(0.0F);
         desc.flags = drawn_as_;

@@ -18,16 +18,17 @@ SPLAT_SH_CONSTANT = -1
 # What messages say instead of a name of the headers.
 WORDS = {
     'NULL': 'None', 'SPLAT_CAMERA_IGNORE_DISTORTION': 'ignore_distortion=True', 'SPLAT_CONVENTION_3DGS': "'3dgs'",
-    'SPLAT_CONVENTION_GSPLAT': "'gsplat'", 'SPLAT_DEVICE_PROFILE': 'profile=True',
-    'SPLAT_DEVICE_VALIDATION': 'validation=True', 'SPLAT_DTYPE_F32': "'f32'", 'SPLAT_EVENT_STEP': "'step'",
-    'SPLAT_EXPORT_': 'a name of Export', 'SPLAT_FIT_ALL_PHOTOS': 'test_every=0', 'SPLAT_FIT_CAMERAS_': 'FitCameras',
-    'SPLAT_IMAGE_GIF': "'gif'", 'SPLAT_IMAGE_NPY': "'npy'", 'SPLAT_IMAGE_PNG': "'png'",
-    'SPLAT_IMAGE_PNG16': "'png16'", 'SPLAT_IMAGE_WEBP': "'webp'", 'SPLAT_LOAD_ADAPTERS': 'adapters=True',
-    'SPLAT_MAP_FILTER_': 'MapFilter', 'SPLAT_MODEL_GRADIENTS': 'gradients=True',
-    'SPLAT_MODEL_INPUT_GRADIENTS': 'input_gradients=True', 'SPLAT_MODEL_RECOMPUTE': 'recompute=True',
-    'SPLAT_MODULE_GRADIENTS': 'gradients=True', 'SPLAT_MODULE_INPUT_GRADIENTS': 'input_gradients=True',
-    'SPLAT_PASS_TENSORS': 'tensors=True', 'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel',
-    'SPLAT_PORT_KIND_': 'PortKind', 'SPLAT_RASTERIZER_BACKWARD': 'backward=True',
+    'SPLAT_CONVENTION_GSPLAT': "'gsplat'", 'SPLAT_CONVENTION_RAY_MAXIMUM': "'ray_maximum'",
+    'SPLAT_DEVICE_PROFILE': 'profile=True', 'SPLAT_DEVICE_VALIDATION': 'validation=True', 'SPLAT_DTYPE_F32': "'f32'",
+    'SPLAT_EVENT_STEP': "'step'", 'SPLAT_EXPORT_': 'a name of Export', 'SPLAT_FIT_ALL_PHOTOS': 'test_every=0',
+    'SPLAT_FIT_CAMERAS_': 'FitCameras', 'SPLAT_IMAGE_GIF': "'gif'", 'SPLAT_IMAGE_NPY': "'npy'",
+    'SPLAT_IMAGE_PNG': "'png'", 'SPLAT_IMAGE_PNG16': "'png16'", 'SPLAT_IMAGE_WEBP': "'webp'",
+    'SPLAT_LOAD_ADAPTERS': 'adapters=True', 'SPLAT_MAP_FILTER_': 'MapFilter',
+    'SPLAT_MODEL_GRADIENTS': 'gradients=True', 'SPLAT_MODEL_INPUT_GRADIENTS': 'input_gradients=True',
+    'SPLAT_MODEL_RECOMPUTE': 'recompute=True', 'SPLAT_MODULE_GRADIENTS': 'gradients=True',
+    'SPLAT_MODULE_INPUT_GRADIENTS': 'input_gradients=True', 'SPLAT_PASS_TENSORS': 'tensors=True',
+    'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel', 'SPLAT_PORT_KIND_': 'PortKind',
+    'SPLAT_RASTERIZER_ANTIALIASED': 'antialiased=True', 'SPLAT_RASTERIZER_BACKWARD': 'backward=True',
     'SPLAT_RASTERIZER_CONTRIBUTIONS': 'contributions=True', 'SPLAT_RASTERIZER_DEPTH': 'depth=True',
     'SPLAT_RASTERIZER_DIRECT_COLORS': 'direct_colors=True', 'SPLAT_RASTERIZER_GRAD_DEPTH': 'grad_depth=True',
     'SPLAT_RASTERIZER_GRAD_INTRINSICS': 'grad_intrinsics=True', 'SPLAT_RASTERIZER_GRAD_MEANS2D': 'grad_means2d=True',
@@ -633,13 +634,18 @@ class Convention(OpenEnum):
 
     CONVENTION_3DGS  Kerbl et al. 2023: extents of 3 sigma, quaternions as given
     GSPLAT           gsplat 1.6: exactly alpha >= 1/255, quaternions normalised
+    RAY_MAXIMUM      Yu et al. 2024, Gaussian Opacity Fields, for the weights of F3D-Gaus: opacity at the maximum
+                     along a pixel's ray, without a dilation, blended in order of the means' depths; quaternions
+                     normalised. Outputs of depth are those of the maxima, which lie beyond the near plane. It has no
+                     gradients, no ANTIALIASED and no CONICS
     """
 
     CONVENTION_3DGS = 1
     GSPLAT = 2
+    RAY_MAXIMUM = 3
 
 
-ConventionName = Literal["3dgs", "gsplat"]
+ConventionName = Literal["3dgs", "gsplat", "ray_maximum"]
 
 
 class RasterizerFlags(IntFlag):
@@ -707,7 +713,7 @@ class Output(OpenEnum):
     """What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of
     fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other, I Gaussians in all.
     Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not
-    finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.
+    finite, without extent, or (not 3dgs) fainter than 1/255. No skip changes them.
 
     RGB             [V,H,W,3] colours over the background
     ALPHA           [V,H,W] sum of the weights

@@ -59,7 +59,7 @@ class Rasterizer(Handle):
                    (grad_pose, grad_intrinsics, convention "gsplat") and of the means in the image
                    (grad_means2d); contributions
     original_gradient  convention "3dgs": the gradient of the original code with its three quirks
-    convention     "3dgs" or "gsplat"; None: "3dgs"
+    convention     "3dgs", "gsplat" or "ray_maximum" (no gradients); None: "3dgs"
     near, far      planes, scene units; 0: the convention's
     disabled_skips `SkipFlags` of work not to skip, for measuring
     Threads take turns on one rasterizer.

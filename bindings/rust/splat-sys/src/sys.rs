@@ -218,6 +218,10 @@ pub const SPLAT_PICTURE_FIELD_OF_VIEW: u32 = 2;
 pub const SPLAT_CONVENTION_3DGS: splat_convention = 1;
 /// gsplat 1.6: exactly alpha \>= 1/255, quaternions normalised
 pub const SPLAT_CONVENTION_GSPLAT: splat_convention = 2;
+/// Yu et al. 2024, Gaussian Opacity Fields, for the weights of F3D-Gaus: opacity at the maximum along a pixel's ray,
+/// without a dilation, blended in order of the means' depths; quaternions normalised. Outputs of depth are those of
+/// the maxima, which lie beyond the near plane. It has no gradients, no ANTIALIASED and no CONICS
+pub const SPLAT_CONVENTION_RAY_MAXIMUM: splat_convention = 3;
 
 /** colours are RGB, not spherical harmonics */ pub const SPLAT_RASTERIZER_DIRECT_COLORS: u32 = 1;
 /** opacity compensates for the dilation */ pub const SPLAT_RASTERIZER_ANTIALIASED: u32 = 2;
@@ -252,7 +256,7 @@ pub const SPLAT_SKIP_BLOCKS: u32 = 32;
 /// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of fewer
 /// than N, \[I,..\] takes the place of \[V,N,..\]: the views' ranges one after the other, I Gaussians in all. Outputs
 /// of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not finite,
-/// without extent, or (gsplat) fainter than 1/255. No skip changes them.
+/// without extent, or (not 3dgs) fainter than 1/255. No skip changes them.
 pub type splat_output = i32;
 /** \[V,H,W,3\] colours over the background */ pub const SPLAT_OUTPUT_RGB: splat_output = 1;
 /** \[V,H,W\] sum of the weights */ pub const SPLAT_OUTPUT_ALPHA: splat_output = 2;
@@ -1228,9 +1232,9 @@ pub struct splat_rasterizer_desc {
 /// Gaussians as tensors. The caller activates them; numbers outside the ranges are drawn, too:
 ///   opacities   <= 0: absent, without a gradient; > 1: its product with the falloff ends at 0.99
 ///   scales      the sign has no effect; 0: flat, and wider by what every Gaussian has in the picture,
-///               0.3 pixels^2 of variance
-///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_GSPLAT
-///               normalises them, SPLAT_CONVENTION_3DGS draws another size and shape
+///               0.3 pixels^2 of variance (SPLAT_CONVENTION_RAY_MAXIMUM: in the scene, 1e-7 units^2)
+///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_3DGS draws another
+///               size and shape, the others normalise them
 /// A loop that fits Gaussians keeps logarithms of scales [n,3] and logits of opacities [n]: it runs
 /// the operators "exp" and "sigmoid" of model.h before a forward call, and their backward after it.
 /// ```
