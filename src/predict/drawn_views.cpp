@@ -16,7 +16,7 @@ raster::RasterDesc drawn_views_desc(const gaussians::SetDesc& set, std::uint32_t
     desc.views = views;
     desc.width = desc.height = side;
     desc.convention = convention;
-    desc.extra = true;
+    desc.median = true;
     return desc;
 }
 
@@ -29,11 +29,11 @@ Result<DrawnViews> draw_views(vk::Context& context, raster::Rasterizer& rasteriz
     SPLAT_TRY(rasterizer.forward(scene, packed));
     DrawnViews drawn{.side = desc.width, .quads = {}, .depths = {}};
     drawn.quads.resize(cameras.size() * 4 * desc.width * desc.height);
-    std::vector<float> extra(drawn.quads.size());
-    const std::size_t bytes = extra.size() * sizeof(float);
-    SPLAT_TRY(context.read(rasterizer.workspace().image.range(), drawn.quads.data(), bytes));
-    SPLAT_TRY(context.read(rasterizer.workspace().extra.range(), extra.data(), bytes));
-    for (std::size_t i = 1; i < extra.size(); i += 4) drawn.depths.push_back(extra[i]);
+    drawn.depths.resize(drawn.quads.size() / 4);
+    SPLAT_TRY(context.read(rasterizer.workspace().image.range(), drawn.quads.data(),
+                           drawn.quads.size() * sizeof(float)));
+    SPLAT_TRY(context.read(rasterizer.workspace().median.range(), drawn.depths.data(),
+                           drawn.depths.size() * sizeof(float)));
     return drawn;
 }
 

@@ -12,7 +12,7 @@ namespace splat::predict {
 struct DrawnViews {
     std::size_t side = 0;       ///< R
     std::vector<float> quads;   ///< [n,R,R,4] RGB and alpha
-    std::vector<float> depths;  ///< [n,R,R] scene units; 0 where nothing is
+    std::vector<float> depths;  ///< [n,R,R] median depth, scene units; 0 where nothing is
 
     /// Add the planes [5,R,R] of a view: RGB and alpha from 0 to 1, depth.
     void append_planes(std::size_t view, std::vector<float>& to) const;

@@ -244,6 +244,11 @@ namespace Splat
         /** <summary>Nothing: the default.</summary> */ Default = 0,
         /** <summary>Kerbl et al. 2023: extents of 3 sigma, quaternions as given</summary> */ Original3dgs = 1,
         /** <summary>gsplat 1.6: exactly alpha &gt;= 1/255, quaternions normalised</summary> */ Gsplat = 2,
+        /// <summary>Yu et al. 2024, Gaussian Opacity Fields, for the weights of F3D-Gaus: opacity at the maximum
+        /// along a pixel's ray, without a dilation, blended in order of the means' depths; quaternions normalised.
+        /// Outputs of depth are those of the maxima, which lie beyond the near plane. It has no gradients, no
+        /// Antialiased and no Conics</summary>
+        RayMaximum = 3,
     }
 
     /// <summary>What a rasterizer can do.</summary>
@@ -271,6 +276,7 @@ namespace Splat
         /// <summary>colours are linear: <c>Background</c> is sRGB and made linear, <c>Rasterizer.ReadImages</c>
         /// converts RGB to sRGB (IEC 61966-2-1); tensors, <c>Rasterizer.Read</c> and gradients stay linear</summary>
         LinearColors = 16384,
+        /** <summary>output MedianDepth, which has no gradient</summary> */ MedianDepth = 32768,
     }
 
     /// <summary>Work that is skipped because it does not change the image. Gaussians that a convention culls (see
@@ -293,7 +299,7 @@ namespace Splat
     /// <summary>What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a
     /// range of fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other, I Gaussians
     /// in all. Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the
-    /// image, not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.</summary>
+    /// image, not finite, without extent, or (not 3dgs) fainter than 1/255. No skip changes them.</summary>
     public enum Output : int
     {
         /** <summary>Nothing: the default.</summary> */ Default = 0,
@@ -311,6 +317,9 @@ namespace Splat
         Normals = 11,
         /// <summary>[V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none</summary>
         Ids = 12,
+        /// <summary>[V,H,W] depth of the last Gaussian in front of which more than half of the light is left, scene
+        /// units along z; 0: none</summary>
+        MedianDepth = 13,
     }
 
     /// <summary>What becomes of gradients.</summary>
@@ -640,6 +649,7 @@ namespace Splat
                 { "NULL", "null" }, { "SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags.IgnoreDistortion" },
                 { "SPLAT_CONVENTION_3DGS", "Convention.Original3dgs" },
                 { "SPLAT_CONVENTION_GSPLAT", "Convention.Gsplat" },
+                { "SPLAT_CONVENTION_RAY_MAXIMUM", "Convention.RayMaximum" },
                 { "SPLAT_DEVICE_PROFILE", "DeviceFlags.Profile" },
                 { "SPLAT_DEVICE_VALIDATION", "DeviceFlags.Validation" }, { "SPLAT_DTYPE_F32", "DType.F32" },
                 { "SPLAT_EVENT_STEP", "RunEventKind.Step" }, { "SPLAT_EXPORT_", "a value of ModelExport" },
@@ -654,6 +664,7 @@ namespace Splat
                 { "SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags.InputGradients" },
                 { "SPLAT_PASS_TENSORS", "PassFlags.Tensors" }, { "SPLAT_PICTURE_WHOLE", "PictureFlags.Whole" },
                 { "SPLAT_PIXEL_", "pixel" }, { "SPLAT_PORT_KIND_", "PortKind" },
+                { "SPLAT_RASTERIZER_ANTIALIASED", "RasterizerFlags.Antialiased" },
                 { "SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags.Backward" },
                 { "SPLAT_RASTERIZER_CONTRIBUTIONS", "RasterizerFlags.Contributions" },
                 { "SPLAT_RASTERIZER_DEPTH", "RasterizerFlags.Depth" },
@@ -663,6 +674,7 @@ namespace Splat
                 { "SPLAT_RASTERIZER_GRAD_MEANS2D", "RasterizerFlags.GradMeans2d" },
                 { "SPLAT_RASTERIZER_GRAD_POSE", "RasterizerFlags.GradPose" },
                 { "SPLAT_RASTERIZER_IDS", "RasterizerFlags.Ids" },
+                { "SPLAT_RASTERIZER_MEDIAN_DEPTH", "RasterizerFlags.MedianDepth" },
                 { "SPLAT_RASTERIZER_NORMALS", "RasterizerFlags.Normals" },
                 { "SPLAT_RASTERIZER_ORIGINAL_GRADIENT", "RasterizerFlags.OriginalGradient" },
                 { "SPLAT_SCENE_", "scene" }, { "SPLAT_SCHEDULE_COSINE", "Schedule.Cosine" },

@@ -1094,7 +1094,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
         ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
-        ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS
+        ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS, _IDS or
+        ///                                     _MEDIAN_DEPTH
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
         /// </summary>
@@ -3617,9 +3618,9 @@ namespace Splat.Interop
     /// Gaussians as tensors. The caller activates them; numbers outside the ranges are drawn, too:
     ///   opacities   &lt;= 0: absent, without a gradient; &gt; 1: its product with the falloff ends at 0.99
     ///   scales      the sign has no effect; 0: flat, and wider by what every Gaussian has in the picture,
-    ///               0.3 pixels^2 of variance
-    ///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_GSPLAT
-    ///               normalises them, SPLAT_CONVENTION_3DGS draws another size and shape
+    ///               0.3 pixels^2 of variance (SPLAT_CONVENTION_RAY_MAXIMUM: in the scene, 1e-7 units^2)
+    ///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_3DGS draws another
+    ///               size and shape, the others normalise them
     /// A loop that fits Gaussians keeps logarithms of scales [n,3] and logits of opacities [n]: it runs
     /// the operators "exp" and "sigmoid" of model.h before a forward call, and their backward after it.
     /// </summary>

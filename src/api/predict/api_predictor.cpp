@@ -127,8 +127,11 @@ std::string predictor_report(const api::PredictorObject& object, const io::Weigh
 Result<raster::Convention> convention_of(const splat_predictor_desc& desc) {
     if (desc.convention == 0 || desc.convention == SPLAT_CONVENTION_3DGS)
         return raster::Convention::k3dgs;
-    return invalid("splat_predictor_desc.convention is %d, expected 0 or SPLAT_CONVENTION_3DGS",
-                   desc.convention);
+    if (desc.convention == SPLAT_CONVENTION_RAY_MAXIMUM) return raster::Convention::kRayMaximum;
+    return invalid(
+        "splat_predictor_desc.convention is %d, expected 0, SPLAT_CONVENTION_3DGS or "
+        "SPLAT_CONVENTION_RAY_MAXIMUM",
+        desc.convention);
 }
 
 Result<PredictorPointer> make_predictor(splat_device device, const splat_predictor_desc& desc) {

@@ -52,7 +52,7 @@ NetworkFiles network_files(const std::string& weights, const std::string& config
 }
 
 splat_convention convention_of(const std::string& name) {
-    return name == "3dgs" ? SPLAT_CONVENTION_3DGS : static_cast<splat_convention>(3);
+    return name == "3dgs" ? SPLAT_CONVENTION_3DGS : SPLAT_CONVENTION_RAY_MAXIMUM;
 }
 
 Network load_network(splat_device device, const NetworkFiles& files, splat_weights weights,

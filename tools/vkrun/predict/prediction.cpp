@@ -316,7 +316,8 @@ Json run_prediction(const PredictionOptions& given, splat_device device, const N
     }
     const Stopwatch drawing;
     const std::vector<float> images =
-        draw_scene(device, task.scene, cameras, network.info.background);
+        draw_scene(device, task.scene, cameras, network.info.background,
+                   convention_of(options.convention));
     Json result = {{"input", task.name},
                    {"weights", files.weights},
                    {"adapters", files.adapters},

@@ -18,36 +18,37 @@ SPLAT_SH_CONSTANT = -1
 # What messages say instead of a name of the headers.
 WORDS = {
     'NULL': 'None', 'SPLAT_CAMERA_IGNORE_DISTORTION': 'ignore_distortion=True', 'SPLAT_CONVENTION_3DGS': "'3dgs'",
-    'SPLAT_CONVENTION_GSPLAT': "'gsplat'", 'SPLAT_DEVICE_PROFILE': 'profile=True',
-    'SPLAT_DEVICE_VALIDATION': 'validation=True', 'SPLAT_DTYPE_F32': "'f32'", 'SPLAT_EVENT_STEP': "'step'",
-    'SPLAT_EXPORT_': 'a name of Export', 'SPLAT_FIT_ALL_PHOTOS': 'test_every=0', 'SPLAT_FIT_CAMERAS_': 'FitCameras',
-    'SPLAT_IMAGE_GIF': "'gif'", 'SPLAT_IMAGE_NPY': "'npy'", 'SPLAT_IMAGE_PNG': "'png'",
-    'SPLAT_IMAGE_PNG16': "'png16'", 'SPLAT_IMAGE_WEBP': "'webp'", 'SPLAT_LOAD_ADAPTERS': 'adapters=True',
-    'SPLAT_MAP_FILTER_': 'MapFilter', 'SPLAT_MODEL_GRADIENTS': 'gradients=True',
-    'SPLAT_MODEL_INPUT_GRADIENTS': 'input_gradients=True', 'SPLAT_MODEL_RECOMPUTE': 'recompute=True',
-    'SPLAT_MODULE_GRADIENTS': 'gradients=True', 'SPLAT_MODULE_INPUT_GRADIENTS': 'input_gradients=True',
-    'SPLAT_PASS_TENSORS': 'tensors=True', 'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel',
-    'SPLAT_PORT_KIND_': 'PortKind', 'SPLAT_RASTERIZER_BACKWARD': 'backward=True',
+    'SPLAT_CONVENTION_GSPLAT': "'gsplat'", 'SPLAT_CONVENTION_RAY_MAXIMUM': "'ray_maximum'",
+    'SPLAT_DEVICE_PROFILE': 'profile=True', 'SPLAT_DEVICE_VALIDATION': 'validation=True', 'SPLAT_DTYPE_F32': "'f32'",
+    'SPLAT_EVENT_STEP': "'step'", 'SPLAT_EXPORT_': 'a name of Export', 'SPLAT_FIT_ALL_PHOTOS': 'test_every=0',
+    'SPLAT_FIT_CAMERAS_': 'FitCameras', 'SPLAT_IMAGE_GIF': "'gif'", 'SPLAT_IMAGE_NPY': "'npy'",
+    'SPLAT_IMAGE_PNG': "'png'", 'SPLAT_IMAGE_PNG16': "'png16'", 'SPLAT_IMAGE_WEBP': "'webp'",
+    'SPLAT_LOAD_ADAPTERS': 'adapters=True', 'SPLAT_MAP_FILTER_': 'MapFilter',
+    'SPLAT_MODEL_GRADIENTS': 'gradients=True', 'SPLAT_MODEL_INPUT_GRADIENTS': 'input_gradients=True',
+    'SPLAT_MODEL_RECOMPUTE': 'recompute=True', 'SPLAT_MODULE_GRADIENTS': 'gradients=True',
+    'SPLAT_MODULE_INPUT_GRADIENTS': 'input_gradients=True', 'SPLAT_PASS_TENSORS': 'tensors=True',
+    'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel', 'SPLAT_PORT_KIND_': 'PortKind',
+    'SPLAT_RASTERIZER_ANTIALIASED': 'antialiased=True', 'SPLAT_RASTERIZER_BACKWARD': 'backward=True',
     'SPLAT_RASTERIZER_CONTRIBUTIONS': 'contributions=True', 'SPLAT_RASTERIZER_DEPTH': 'depth=True',
     'SPLAT_RASTERIZER_DIRECT_COLORS': 'direct_colors=True', 'SPLAT_RASTERIZER_GRAD_DEPTH': 'grad_depth=True',
     'SPLAT_RASTERIZER_GRAD_INTRINSICS': 'grad_intrinsics=True', 'SPLAT_RASTERIZER_GRAD_MEANS2D': 'grad_means2d=True',
     'SPLAT_RASTERIZER_GRAD_POSE': 'grad_pose=True', 'SPLAT_RASTERIZER_IDS': 'ids=True',
-    'SPLAT_RASTERIZER_NORMALS': 'normals=True', 'SPLAT_RASTERIZER_ORIGINAL_GRADIENT': 'original_gradient=True',
-    'SPLAT_SCENE_': 'scene', 'SPLAT_SCHEDULE_COSINE': "'cosine'", 'SPLAT_SCHEDULE_STEP': "'step'",
-    'SPLAT_SELECT_BY_KIND': "'by_kind'", 'SPLAT_WEIGHTS_NPZ': "'npz'", 'SPLAT_WEIGHTS_PTH': "'pth'",
-    'SPLAT_WEIGHTS_SAFETENSORS': "'safetensors'", 'a_count': 'the number of a', 'adapters_alpha': 'alpha',
-    'adapters_path': 'a file of adapters', 'as_given': 'drawn_as', 'b_count': 'the number of b',
-    'bytes': "the array's size in bytes", 'camera_count': 'the number of cameras',
-    'conditioning_count': 'the number of conditioning', 'drawn_count': 'the number of drawn',
-    'extension_count': 'the number of extensions', 'focal_x': 'focal', 'focal_y': 'focal',
-    'image_count': 'the number of images', 'input_count': 'the number of inputs', 'max_device_bytes': 'max_bytes',
-    'model_path': 'model', 'number_count': 'the number of numbers', 'output_count': 'the number of outputs',
-    'picture_count': 'the number of pictures', 'port_count': 'the number of ports', 'sh_bands': 'sh_degree',
-    'splat_batches': 'Batches', 'splat_comparison': 'Comparison', 'splat_dataset': 'Dataset',
-    'splat_decode_set_limits': 'set_decode_limits', 'splat_device': 'Device', 'splat_device_cancel': 'Device.cancel',
-    'splat_device_profile_json': 'Device.profile', 'splat_evaluator': 'Evaluator',
-    'splat_evaluator_score': 'Evaluator.score', 'splat_fit_open': 'Fit', 'splat_fit_score': 'Scoring',
-    'splat_lpips': 'Lpips', 'splat_lpips_desc': 'Lpips', 'splat_model': 'Model',
+    'SPLAT_RASTERIZER_MEDIAN_DEPTH': 'median_depth=True', 'SPLAT_RASTERIZER_NORMALS': 'normals=True',
+    'SPLAT_RASTERIZER_ORIGINAL_GRADIENT': 'original_gradient=True', 'SPLAT_SCENE_': 'scene',
+    'SPLAT_SCHEDULE_COSINE': "'cosine'", 'SPLAT_SCHEDULE_STEP': "'step'", 'SPLAT_SELECT_BY_KIND': "'by_kind'",
+    'SPLAT_WEIGHTS_NPZ': "'npz'", 'SPLAT_WEIGHTS_PTH': "'pth'", 'SPLAT_WEIGHTS_SAFETENSORS': "'safetensors'",
+    'a_count': 'the number of a', 'adapters_alpha': 'alpha', 'adapters_path': 'a file of adapters',
+    'as_given': 'drawn_as', 'b_count': 'the number of b', 'bytes': "the array's size in bytes",
+    'camera_count': 'the number of cameras', 'conditioning_count': 'the number of conditioning',
+    'drawn_count': 'the number of drawn', 'extension_count': 'the number of extensions', 'focal_x': 'focal',
+    'focal_y': 'focal', 'image_count': 'the number of images', 'input_count': 'the number of inputs',
+    'max_device_bytes': 'max_bytes', 'model_path': 'model', 'number_count': 'the number of numbers',
+    'output_count': 'the number of outputs', 'picture_count': 'the number of pictures',
+    'port_count': 'the number of ports', 'sh_bands': 'sh_degree', 'splat_batches': 'Batches',
+    'splat_comparison': 'Comparison', 'splat_dataset': 'Dataset', 'splat_decode_set_limits': 'set_decode_limits',
+    'splat_device': 'Device', 'splat_device_cancel': 'Device.cancel', 'splat_device_profile_json': 'Device.profile',
+    'splat_evaluator': 'Evaluator', 'splat_evaluator_score': 'Evaluator.score', 'splat_fit_open': 'Fit',
+    'splat_fit_score': 'Scoring', 'splat_lpips': 'Lpips', 'splat_lpips_desc': 'Lpips', 'splat_model': 'Model',
     'splat_model_backward': 'Model.backward', 'splat_model_forward': 'Model.forward',
     'splat_model_load': 'Model.load', 'splat_model_ports': 'Model.ports', 'splat_module': 'Module',
     'splat_normals_desc': 'normals', 'splat_op': 'Op', 'splat_optimizer': 'Optimizer',
@@ -430,13 +431,18 @@ class Convention(OpenEnum):
 
     CONVENTION_3DGS  Kerbl et al. 2023: extents of 3 sigma, quaternions as given
     GSPLAT           gsplat 1.6: exactly alpha >= 1/255, quaternions normalised
+    RAY_MAXIMUM      Yu et al. 2024, Gaussian Opacity Fields, for the weights of F3D-Gaus: opacity at the maximum
+                     along a pixel's ray, without a dilation, blended in order of the means' depths; quaternions
+                     normalised. Outputs of depth are those of the maxima, which lie beyond the near plane. It has no
+                     gradients, no ANTIALIASED and no CONICS
     """
 
     CONVENTION_3DGS = 1
     GSPLAT = 2
+    RAY_MAXIMUM = 3
 
 
-ConventionName = Literal["3dgs", "gsplat"]
+ConventionName = Literal["3dgs", "gsplat", "ray_maximum"]
 
 
 class RasterizerFlags(IntFlag):
@@ -458,6 +464,7 @@ class RasterizerFlags(IntFlag):
     CUT_3_SIGMA        alpha is 0 beyond 3 sigma of the dilated ellipse
     LINEAR_COLORS      colours are linear: `background` is sRGB and made linear, `Rasterizer.read_images` converts RGB
                        to sRGB (IEC 61966-2-1); tensors, `Rasterizer.read` and gradients stay linear
+    MEDIAN_DEPTH       output MEDIAN_DEPTH, which has no gradient
     """
 
     DIRECT_COLORS = 1
@@ -475,6 +482,7 @@ class RasterizerFlags(IntFlag):
     SORT_BY_DISTANCE = 4096
     CUT_3_SIGMA = 8192
     LINEAR_COLORS = 16384
+    MEDIAN_DEPTH = 32768
 
 
 class SkipFlags(IntFlag):
@@ -502,7 +510,7 @@ class Output(OpenEnum):
     """What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of
     fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other, I Gaussians in all.
     Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not
-    finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.
+    finite, without extent, or (not 3dgs) fainter than 1/255. No skip changes them.
 
     RGB             [V,H,W,3] colours over the background
     ALPHA           [V,H,W] sum of the weights
@@ -516,6 +524,8 @@ class Output(OpenEnum):
     VISIBILITY      [V,N] 1, or 0 if culled
     NORMALS         [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
     IDS             [V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
+    MEDIAN_DEPTH    [V,H,W] depth of the last Gaussian in front of which more than half of the light is left, scene
+                    units along z; 0: none
     """
 
     RGB = 1
@@ -530,11 +540,12 @@ class Output(OpenEnum):
     VISIBILITY = 10
     NORMALS = 11
     IDS = 12
+    MEDIAN_DEPTH = 13
 
 
 OutputName = Literal[
     "rgb", "alpha", "depth", "expected_depth", "contributors", "means2d", "radii", "conics", "depths", "visibility",
-    "normals", "ids",
+    "normals", "ids", "median_depth",
 ]
 
 

@@ -148,6 +148,10 @@ pub const SPLAT_CAMERA_IGNORE_DISTORTION: u32 = 1;
 pub const SPLAT_CONVENTION_3DGS: splat_convention = 1;
 /// gsplat 1.6: exactly alpha \>= 1/255, quaternions normalised
 pub const SPLAT_CONVENTION_GSPLAT: splat_convention = 2;
+/// Yu et al. 2024, Gaussian Opacity Fields, for the weights of F3D-Gaus: opacity at the maximum along a pixel's ray,
+/// without a dilation, blended in order of the means' depths; quaternions normalised. Outputs of depth are those of
+/// the maxima, which lie beyond the near plane. It has no gradients, no ANTIALIASED and no CONICS
+pub const SPLAT_CONVENTION_RAY_MAXIMUM: splat_convention = 3;
 
 /** colours are RGB, not spherical harmonics */ pub const SPLAT_RASTERIZER_DIRECT_COLORS: u32 = 1;
 /** opacity compensates for the dilation */ pub const SPLAT_RASTERIZER_ANTIALIASED: u32 = 2;
@@ -168,6 +172,7 @@ pub const SPLAT_RASTERIZER_SORT_BY_DISTANCE: u32 = 4096;
 /// colours are linear: `background` is sRGB and made linear, splat_rasterizer_read_images converts RGB to sRGB (IEC
 /// 61966-2-1); tensors, splat_rasterizer_read and gradients stay linear
 pub const SPLAT_RASTERIZER_LINEAR_COLORS: u32 = 16384;
+/** output MEDIAN_DEPTH, which has no gradient */ pub const SPLAT_RASTERIZER_MEDIAN_DEPTH: u32 = 32768;
 
 /** the region where alpha \< 1/255 */ pub const SPLAT_SKIP_OPACITY_EXTENT: u32 = 1;
 /** tiles that the ellipse does not touch */ pub const SPLAT_SKIP_EXACT_TILES: u32 = 2;
@@ -181,7 +186,7 @@ pub const SPLAT_SKIP_BLOCKS: u32 = 32;
 /// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of fewer
 /// than N, \[I,..\] takes the place of \[V,N,..\]: the views' ranges one after the other, I Gaussians in all. Outputs
 /// of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not finite,
-/// without extent, or (gsplat) fainter than 1/255. No skip changes them.
+/// without extent, or (not 3dgs) fainter than 1/255. No skip changes them.
 pub type splat_output = i32;
 /** \[V,H,W,3\] colours over the background */ pub const SPLAT_OUTPUT_RGB: splat_output = 1;
 /** \[V,H,W\] sum of the weights */ pub const SPLAT_OUTPUT_ALPHA: splat_output = 2;
@@ -197,6 +202,9 @@ pub type splat_output = i32;
 pub const SPLAT_OUTPUT_NORMALS: splat_output = 11;
 /// \[V,H,W\] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
 pub const SPLAT_OUTPUT_IDS: splat_output = 12;
+/// \[V,H,W\] depth of the last Gaussian in front of which more than half of the light is left, scene units along z;
+/// 0: none
+pub const SPLAT_OUTPUT_MEDIAN_DEPTH: splat_output = 13;
 
 /// add gradients to the tensors' contents instead of overwriting them
 pub const SPLAT_GRADIENTS_ACCUMULATE: u32 = 1;
@@ -967,9 +975,9 @@ pub struct splat_rasterizer_desc {
 /// Gaussians as tensors. The caller activates them; numbers outside the ranges are drawn, too:
 ///   opacities   <= 0: absent, without a gradient; > 1: its product with the falloff ends at 0.99
 ///   scales      the sign has no effect; 0: flat, and wider by what every Gaussian has in the picture,
-///               0.3 pixels^2 of variance
-///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_GSPLAT
-///               normalises them, SPLAT_CONVENTION_3DGS draws another size and shape
+///               0.3 pixels^2 of variance (SPLAT_CONVENTION_RAY_MAXIMUM: in the scene, 1e-7 units^2)
+///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_3DGS draws another
+///               size and shape, the others normalise them
 /// A loop that fits Gaussians keeps logarithms of scales [n,3] and logits of opacities [n]: it runs
 /// the operators "exp" and "sigmoid" of model.h before a forward call, and their backward after it.
 /// ```
@@ -2786,7 +2794,8 @@ extern "C" {
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
     ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
-    ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS
+    ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS, _IDS or
+    ///                                     _MEDIAN_DEPTH
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
     ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
     /// ```

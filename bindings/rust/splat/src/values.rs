@@ -229,6 +229,11 @@ number! {
     Convention {
         /** Kerbl et al. 2023: extents of 3 sigma, quaternions as given */ CONVENTION_3DGS = SPLAT_CONVENTION_3DGS,
         /** gsplat 1.6: exactly alpha \>= 1/255, quaternions normalised */ GSPLAT = SPLAT_CONVENTION_GSPLAT,
+        /// Yu et al. 2024, Gaussian Opacity Fields, for the weights of F3D-Gaus: opacity at the maximum along a
+        /// pixel's ray, without a dilation, blended in order of the means' depths; quaternions normalised. Outputs of
+        /// depth are those of the maxima, which lie beyond the near plane. It has no gradients, no ANTIALIASED and no
+        /// CONICS
+        RAY_MAXIMUM = SPLAT_CONVENTION_RAY_MAXIMUM,
     }
 }
 
@@ -254,6 +259,7 @@ flags! {
         /// colours are linear: `background` is sRGB and made linear, `Rasterizer::read_images` converts RGB to sRGB
         /// (IEC 61966-2-1); tensors, `Rasterizer::read` and gradients stay linear
         LINEAR_COLORS = SPLAT_RASTERIZER_LINEAR_COLORS,
+        /** output MEDIAN_DEPTH, which has no gradient */ MEDIAN_DEPTH = SPLAT_RASTERIZER_MEDIAN_DEPTH,
     }
 }
 
@@ -275,7 +281,7 @@ number! {
     /// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of
     /// fewer than N, \[I,..\] takes the place of \[V,N,..\]: the views' ranges one after the other, I Gaussians in
     /// all. Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image,
-    /// not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.
+    /// not finite, without extent, or (not 3dgs) fainter than 1/255. No skip changes them.
     Output {
         /** \[V,H,W,3\] colours over the background */ RGB = SPLAT_OUTPUT_RGB,
         /** \[V,H,W\] sum of the weights */ ALPHA = SPLAT_OUTPUT_ALPHA,
@@ -291,6 +297,9 @@ number! {
         NORMALS = SPLAT_OUTPUT_NORMALS,
         /// \[V,H,W\] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
         IDS = SPLAT_OUTPUT_IDS,
+        /// \[V,H,W\] depth of the last Gaussian in front of which more than half of the light is left, scene units
+        /// along z; 0: none
+        MEDIAN_DEPTH = SPLAT_OUTPUT_MEDIAN_DEPTH,
     }
 }
 
@@ -1158,11 +1167,12 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 100] = [
+pub(crate) const WORDS: [(&str, &str); 103] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
-    ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"), ("SPLAT_DEVICE_VALIDATION", "DeviceFlags::VALIDATION"),
-    ("SPLAT_DTYPE_F32", "Dtype::F32"), ("SPLAT_EVENT_STEP", "RunEventKind::STEP"), ("SPLAT_EXPORT_", "Export"),
+    ("SPLAT_CONVENTION_RAY_MAXIMUM", "Convention::RAY_MAXIMUM"), ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"),
+    ("SPLAT_DEVICE_VALIDATION", "DeviceFlags::VALIDATION"), ("SPLAT_DTYPE_F32", "Dtype::F32"),
+    ("SPLAT_EVENT_STEP", "RunEventKind::STEP"), ("SPLAT_EXPORT_", "Export"),
     ("SPLAT_FIT_ALL_PHOTOS", "FitFlags::ALL_PHOTOS"), ("SPLAT_FIT_CAMERAS_", "FitCameras"),
     ("SPLAT_IMAGE_GIF", "ImageFormat::GIF"), ("SPLAT_IMAGE_NPY", "ImageFormat::NPY"),
     ("SPLAT_IMAGE_PNG", "ImageFormat::PNG"), ("SPLAT_IMAGE_PNG16", "ImageFormat::PNG16"),
@@ -1172,6 +1182,7 @@ pub(crate) const WORDS: [(&str, &str); 100] = [
     ("SPLAT_MODEL_RECOMPUTE", "ModelFlags::RECOMPUTE"), ("SPLAT_MODULE_GRADIENTS", "ModuleFlags::GRADIENTS"),
     ("SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags::INPUT_GRADIENTS"), ("SPLAT_PASS_TENSORS", "PassFlags::TENSORS"),
     ("SPLAT_PICTURE_WHOLE", "PictureFlags::WHOLE"), ("SPLAT_PIXEL_", "Pixel"), ("SPLAT_PORT_KIND_", "PortKind"),
+    ("SPLAT_RASTERIZER_ANTIALIASED", "RasterizerFlags::ANTIALIASED"),
     ("SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags::BACKWARD"),
     ("SPLAT_RASTERIZER_CONTRIBUTIONS", "RasterizerFlags::CONTRIBUTIONS"),
     ("SPLAT_RASTERIZER_DEPTH", "RasterizerFlags::DEPTH"),
@@ -1180,6 +1191,7 @@ pub(crate) const WORDS: [(&str, &str); 100] = [
     ("SPLAT_RASTERIZER_GRAD_INTRINSICS", "RasterizerFlags::GRAD_INTRINSICS"),
     ("SPLAT_RASTERIZER_GRAD_MEANS2D", "RasterizerFlags::GRAD_MEANS2D"),
     ("SPLAT_RASTERIZER_GRAD_POSE", "RasterizerFlags::GRAD_POSE"), ("SPLAT_RASTERIZER_IDS", "RasterizerFlags::IDS"),
+    ("SPLAT_RASTERIZER_MEDIAN_DEPTH", "RasterizerFlags::MEDIAN_DEPTH"),
     ("SPLAT_RASTERIZER_NORMALS", "RasterizerFlags::NORMALS"),
     ("SPLAT_RASTERIZER_ORIGINAL_GRADIENT", "RasterizerFlags::ORIGINAL_GRADIENT"), ("SPLAT_SCENE_", "scene"),
     ("SPLAT_SCHEDULE_COSINE", "Schedule::COSINE"), ("SPLAT_SCHEDULE_STEP", "Schedule::STEP"),
