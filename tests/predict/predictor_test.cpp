@@ -216,6 +216,9 @@ TEST_F(PredictorTest, AggregationJoinsWhatDrawnViewsGive) {
     EXPECT_NEAR(depth, 7.5, 0.3);
     const auto again = need(made->aggregate(views, {.views = 3}));
     EXPECT_EQ(again.gaussians.means, all.gaussians.means) << "the same bits";
+    const auto ray = need(made->aggregate(views, {3, raster::Convention::kRayMaximum}));
+    EXPECT_EQ(ray.gaussians.count() + ray.faint + ray.not_finite, 4 * area);
+    EXPECT_NE(ray.gaussians.means, all.gaussians.means) << "views are drawn by another rule";
     EXPECT_ERROR(made->aggregate(views, {.views = 1}), Code::kInvalidArgument,
                  "aggregation over 1 views, expected 0, or 2 to 64");
     EXPECT_ERROR(check_aggregation(test::small_config(), 8), Code::kInvalidArgument,

@@ -87,6 +87,9 @@ class F3d(unittest.TestCase):
     def test_drawn_views_are_joined(self):
         said = json.loads(self.predict(0, "--depth", FOLDER / "depth.png", "--aggregate", 3, "--json"))
         self.assertEqual(said["gaussians"] + said["faint"], 4 * 256)
+        scene = (FOLDER / "out" / "scene.ply").read_bytes()
+        self.predict(0, "--depth", FOLDER / "depth.png", "--aggregate", 3, "--convention", "ray_maximum")
+        self.assertNotEqual((FOLDER / "out" / "scene.ply").read_bytes(), scene)
         self.assertIn("aggregation over 1 views, expected 0, or 2 to 64",
                       self.predict(2, "--depth", FOLDER / "depth.png", "--aggregate", 1))
 
