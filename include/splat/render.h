@@ -37,7 +37,11 @@ extern "C" {
 typedef int32_t splat_convention;
 enum {
     SPLAT_CONVENTION_3DGS = 1,  /* Kerbl et al. 2023: extents of 3 sigma, quaternions as given */
-    SPLAT_CONVENTION_GSPLAT = 2 /* gsplat 1.6: exactly alpha >= 1/255, quaternions normalised */
+    SPLAT_CONVENTION_GSPLAT = 2, /* gsplat 1.6: exactly alpha >= 1/255, quaternions normalised */
+    /* Yu et al. 2024, Gaussian Opacity Fields, for the weights of F3D-Gaus: opacity at the maximum along a pixel's
+     * ray, without a dilation, blended in order of the means' depths; quaternions normalised. Outputs of depth are
+     * those of the maxima, which lie beyond the near plane. It has no gradients, no ANTIALIASED and no CONICS */
+    SPLAT_CONVENTION_RAY_MAXIMUM = 3
 };
 
 /* What a rasterizer can do. */
@@ -61,7 +65,8 @@ enum {
     SPLAT_RASTERIZER_CUT_3_SIGMA = 1u << 13, /* alpha is 0 beyond 3 sigma of the dilated ellipse */
     /* colours are linear: `background` is sRGB and made linear, splat_rasterizer_read_images converts RGB to
      * sRGB (IEC 61966-2-1); tensors, splat_rasterizer_read and gradients stay linear */
-    SPLAT_RASTERIZER_LINEAR_COLORS = 1u << 14
+    SPLAT_RASTERIZER_LINEAR_COLORS = 1u << 14,
+    SPLAT_RASTERIZER_MEDIAN_DEPTH = 1u << 15 /* output MEDIAN_DEPTH, which has no gradient */
 };
 
 /* Work that is skipped because it does not change the image. Gaussians that a convention culls (see
@@ -115,9 +120,9 @@ SPLAT_API splat_result splat_rasterizer_create(splat_device device,
 /* Gaussians as tensors. The caller activates them; numbers outside the ranges are drawn, too:
  *   opacities   <= 0: absent, without a gradient; > 1: its product with the falloff ends at 0.99
  *   scales      the sign has no effect; 0: flat, and wider by what every Gaussian has in the picture,
- *               0.3 pixels^2 of variance
- *   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_GSPLAT
- *               normalises them, SPLAT_CONVENTION_3DGS draws another size and shape
+ *               0.3 pixels^2 of variance (SPLAT_CONVENTION_RAY_MAXIMUM: in the scene, 1e-7 units^2)
+ *   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_3DGS draws another
+ *               size and shape, the others normalise them
  * A loop that fits Gaussians keeps logarithms of scales [n,3] and logits of opacities [n]: it runs
  * the operators "exp" and "sigmoid" of model.h before a forward call, and their backward after it. */
 typedef struct splat_gaussians_desc {
@@ -198,7 +203,7 @@ SPLAT_API splat_result splat_rasterizer_forward(splat_rasterizer rasterizer,
 /* What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a
  * range of fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other,
  * I Gaussians in all. Outputs of Gaussians are 0 for culled ones: before the near or behind the far
- * plane, outside the image, not finite, without extent, or (gsplat) fainter than 1/255. No skip
+ * plane, outside the image, not finite, without extent, or (not 3dgs) fainter than 1/255. No skip
  * changes them. */
 typedef int32_t splat_output;
 enum {
@@ -215,7 +220,10 @@ enum {
     /* [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera */
     SPLAT_OUTPUT_NORMALS = 11,
     /* [V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none */
-    SPLAT_OUTPUT_IDS = 12
+    SPLAT_OUTPUT_IDS = 12,
+    /* [V,H,W] depth of the last Gaussian in front of which more than half of the light is left, scene units
+     * along z; 0: none */
+    SPLAT_OUTPUT_MEDIAN_DEPTH = 13
 };
 
 /* Copy an output of the last forward call, float32, to a tensor.
@@ -223,7 +231,8 @@ enum {
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
  *   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
- *                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS
+ *                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS, _IDS or
+ *                                     _MEDIAN_DEPTH
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
  *   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined */
 SPLAT_API splat_result splat_rasterizer_output(splat_rasterizer rasterizer,

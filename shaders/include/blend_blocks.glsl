@@ -22,6 +22,11 @@ bool reaches_box(vec2 low, vec2 high, vec4 shape) {
     return min(power.x, power.y) <= shape.w;
 }
 
+// True if a box of pixel centres may see a Gaussian whose pixels lie in another (ray_form.glsl).
+bool boxes_meet(vec2 low, vec2 high, vec4 box) {
+    return all(lessThanEqual(box.xy, high)) && all(lessThanEqual(low, box.zw));
+}
+
 // The same of the block that starts at the centre `corner`.
 bool reaches_block(vec2 corner, vec2 mean, vec4 shape) {
     return reaches_box(corner - mean, corner + 7.0 - mean, shape);

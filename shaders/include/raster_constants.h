@@ -1,4 +1,4 @@
-// Constants of the two conventions of 3D Gaussian splatting, for GLSL and C++.
+// Constants of the conventions of 3D Gaussian splatting, for GLSL and C++.
 //
 // float constants take part in decisions (is a Gaussian seen, does a pixel stop): kernels and
 // float64 reference use the same float32 value, the reference widened. Spherical harmonics are
@@ -26,6 +26,7 @@ SPLAT_CONST_FLOAT kAlphaMin = 0.00392156886f;         // 1/255: fainter is skipp
 SPLAT_CONST_FLOAT kAlphaMax = 0.99f;                  // denser is clamped
 SPLAT_CONST_FLOAT kTransmittanceMin = 0.0001f;        // a pixel stops before it would fall below
 SPLAT_CONST_FLOAT kCutReach = 6.49212769f;            // 3 sigma, if cut there: 9/2 log2(e)
+SPLAT_CONST_FLOAT kMedianTransmittance = 0.5f;        // the median depth is the last in front of more
 SPLAT_CONST_FLOAT kExpectedAlphaMin = 0.0000000001f;  // floor of the divisor of expected depth
 
 // Projection, both conventions.
@@ -46,6 +47,9 @@ SPLAT_CONST_FLOAT kNearGsplat = 0.01f;          // depth < kNearGsplat is culled
 SPLAT_CONST_FLOAT kFarGsplat = 10000000000.0f;  // depth > kFarGsplat is culled
 SPLAT_CONST_FLOAT kFovMarginGsplat = 0.3f;      // clamp of x/z: margin in half fields of view
 SPLAT_CONST_FLOAT kMaxSigma = 3.33f;            // largest extent, in standard deviations
+
+// Ray maximum (Yu et al. 2024, Gaussian Opacity Fields); its near plane is that of 3dgs.
+SPLAT_CONST_FLOAT kRayVariance = 0.0000001f;  // added to the squares of scales
 
 // Real spherical harmonics of a direction (x, y, z), constant term first:
 //   0: 1

@@ -5,13 +5,15 @@
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
 // Bindings: splats, pairs uvec2 (tile, item; sorted), normals, ranges, background vec4 [1+V] (rgb; width, height
 // of each view); image [V,H,W] vec4 (rgb, alpha), state [V,H,W] vec2 (T, list entries before the stop), extra
-// [V,H,W] vec4 (sum w depth, expected depth, contributors, Gaussian of the largest w). Specialisation: kExtra:
-// write extra, kNormals: blend normals instead of colours, without background, kSizes: the image is 0 beyond a view's
-// size, kIds: write the Gaussian, kParts: walk a part of each long list; until its last one, image is (rgb, T), extra
+// [V,H,W] vec4 (sum w depth, expected depth, contributors, Gaussian of the largest w), median [V,H,W] depth of the last
+// Gaussian blended where T > kMedianTransmittance, or 0. Specialisation: kExtra: write extra, kMedian: write median,
+// kNormals: blend normals instead of colours, without background, kSizes: the image is 0 beyond a view's size, kIds:
+// write the Gaussian, kParts: walk a part of each long list; until its last one, image is (rgb, T), extra
 // (sum w depth, largest w, contributors, its Gaussian), and T negative where a pixel has stopped. The workgroup has
-// kTileSize^2 invocations.
+// kTileSize^2 invocations. kRays: alpha and depth are those of the maximum along the pixel's ray (ray_form.glsl).
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
+#include "table.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kBlendExtraId) const bool kExtra = false;
@@ -20,14 +22,17 @@ layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendIdsId) const bool kIds = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
 layout(constant_id = kBlendCutId) const bool kCut = false;
+layout(constant_id = kBlendMedianId) const bool kMedian = false;
+layout(constant_id = kBlendRaysId) const bool kRays = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
-layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
+TABLE(4, background);
 layout(set = 0, binding = 5, std430) buffer Image { vec4 image[]; };  // accumulates
 layout(set = 0, binding = 6, std430) buffer State { vec2 state[]; };  // accumulates
 layout(set = 0, binding = 7, std430) buffer Extra { vec4 extra[]; };  // accumulates
+layout(set = 0, binding = 8, std430) buffer Median { float median[]; };  // accumulates
 layout(push_constant) uniform Push { BlendParams params; };
 
 const uint kBatch = 64;

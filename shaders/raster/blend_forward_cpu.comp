@@ -25,6 +25,8 @@ layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendIdsId) const bool kIds = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
 layout(constant_id = kBlendCutId) const bool kCut = false;
+layout(constant_id = kBlendMedianId) const bool kMedian = false;
+layout(constant_id = kBlendRaysId) const bool kRays = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 QUADS(2, normals);
@@ -33,7 +35,8 @@ QUADS(4, background);
 CARRIED(5, image, u64vec2, vec4);
 CARRIED(6, state, uint64_t, uvec2);
 CARRIED(7, extra, u64vec2, vec4);
-UINTS(8, order);
+layout(set = 0, binding = 8, std430) buffer Median { float median[]; };  // accumulates
+UINTS(9, order);
 layout(push_constant) uniform Push { BlendParams params; };
 
 #include "raster/spread_tile.glsl"
@@ -60,8 +63,8 @@ void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting
         const uint candidate = LD1(pairs, 2 * mine + 1);
         const vec2 mean = LD4(splats, candidate * 3).xy;
         const vec4 b = LD4(splats, candidate * 3 + 1);
-        const bool keep = seen + lane < range.y &&
-                          (!kSkipBlocks || reaches_block(low, mean, b));
+        const bool reaches = kRays ? boxes_meet(low, low + 7.0, b) : reaches_block(low, mean, b);
+        const bool keep = seen + lane < range.y && (!kSkipBlocks || reaches);
         const uint kept = subgroupBallot(keep).x & 0xFFu;
         const int before = int(lane) - int(waiting.count);  // index among the kept entries
         if (before >= 0) waiting.entries = seen + place_of_bit(kept, before);
@@ -81,6 +84,7 @@ struct Pixel {
     float t;  // transmittance, negated once the pixel has stopped
     float entries, contributors, depth;
     float largest, id;  // the largest weight and its Gaussian
+    float median;
     vec3 color;
 };
 
@@ -94,6 +98,7 @@ void blend(inout Pixel p, float alpha, Layer layer, float stop_below) {
     const float next = p.t - p.t * alpha;
     const bool stop = next < stop_below;
     const float w = stop ? 0.0 : alpha * p.t;
+    if (kMedian) p.median = w > 0.0 && p.t > kMedianTransmittance ? layer.depth : p.median;
     p.t = stop ? -abs(p.t) : next;
     p.color += w * layer.rgb;
     p.entries = stop ? p.entries : layer.index;
@@ -111,13 +116,15 @@ void blend(inout Pixel p, float alpha, Layer layer, float stop_below) {
 Pixel carried_pixel(uint at) {
     const vec4 sums = image_plain[at];
     const vec4 more = kExtra ? extra_plain[at] : vec4(0);
-    return Pixel(sums.a, kNormals ? 0.0 : uintBitsToFloat(state_plain[at].y), more.z, more.x, more.y, more.w, sums.rgb);
+    return Pixel(sums.a, kNormals ? 0.0 : uintBitsToFloat(state_plain[at].y), more.z, more.x, more.y, more.w,
+                 kMedian ? median[at] : 0.0, sums.rgb);
 }
 
 void carry_pixel(uint at, Pixel p) {
     ST4(image, at, vec4(p.color, p.t));
     if (!kNormals) ST2(state, at, floatBitsToUint(vec2(abs(p.t), p.entries)));
     if (kExtra) ST4(extra, at, vec4(p.depth, p.largest, p.contributors, p.id));
+    if (kMedian) median[at] = p.median;
 }
 
 void write_pixel(uint at, Pixel p, vec3 behind) {
@@ -128,6 +135,7 @@ void write_pixel(uint at, Pixel p, vec3 behind) {
         const float expected = p.depth / max(1.0 - left, kExpectedAlphaMin);
         ST4(extra, at, vec4(p.depth, expected, p.contributors, kIds ? p.id : 0.0));
     }
+    if (kMedian) median[at] = p.median;
 }
 
 void main() {
@@ -148,7 +156,7 @@ void main() {
     Pixel pixels[kRows];
     [[unroll]] for (int r = 0; r < kRows; ++r) {
         const bool inside = column_inside && corner.y + at.y + uint(r) < size.y;
-        pixels[r] = Pixel(inside ? 1.0 : -1.0, 0.0, 0.0, 0.0, 0.0, -1.0, vec3(0));
+        pixels[r] = Pixel(inside ? 1.0 : -1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, vec3(0));
         const uvec2 to = corner + at + uvec2(0, r);
         if (kParts && params.part_begin > 0 && to.x < params.width && to.y < params.height)
             pixels[r] = carried_pixel((view * params.height + to.y) * params.width + to.x);
@@ -165,7 +173,8 @@ void main() {
         waiting = Waiting(waiting.count - min(waiting.count, 8u), waiting.next_entries, 0);
         const uint item = LD1(pairs, 2 * entry + 1);
         const vec4 a = LD4(splats, item * 3) - vec4(corner, 0, 0);
-        const vec4 b = LD4(splats, item * 3 + 1);
+        const vec4 b = LD4(splats, kRays ? params.rays + item * 2 : item * 3 + 1);
+        const vec4 e = kRays ? LD4(splats, params.rays + item * 2 + 1) : vec4(0);
         const vec4 c = kNormals ? LD4(normals, item) : LD4(splats, item * 3 + 2);
         const float opacity = filled ? a.z : 0.0;
         const float number = kIds ? float(item - first_item) : 0.0;
@@ -176,9 +185,13 @@ void main() {
             Layer layer;
             layer.rgb = vec3(subgroupShuffle(c.x, j), subgroupShuffle(c.y, j), subgroupShuffle(c.z, j));
             layer.index = subgroupShuffle(place, j);
-            layer.depth = kExtra ? subgroupShuffle(a.w, j) : 0.0;
+            layer.depth = kExtra || kMedian || kRays ? subgroupShuffle(a.w, j) : 0.0;
             layer.id = kIds ? subgroupShuffle(number, j) : 0.0;
             const float my = subgroupShuffle(a.y, j);
+            const float z = layer.depth, f22 = kRays ? subgroupShuffle(b.w, j) : 0.0;
+            vec4 ray = vec4(0);
+            if (kRays) ray = vec4(subgroupShuffle(e.x, j), subgroupShuffle(e.y, j), subgroupShuffle(e.z, j),
+                                  subgroupShuffle(e.w, j));
             precise float qx = subgroupShuffle(a.x, j) - x;
             precise float ux = l.x * qx;
             [[unroll]] for (int r = 0; r < kRows; ++r) {
@@ -186,7 +199,13 @@ void main() {
                 precise float u = ux + l.y * qy;
                 precise float v = l.z * qy;
                 precise float power = -(u * u + v * v);
+                if (kRays) {
+                    const vec2 found = ray_maximum(vec2(qx, qy), vec4(l, f22), ray, z);
+                    power = found.x;
+                    layer.depth = found.y;
+                }
                 precise float raw = density(o, power, kCut);
+                if (kRays && !(layer.depth > params.near_plane)) raw = 0.0;
                 blend(pixels[r], limit_alpha(raw), layer, stop_below);
             }
         }

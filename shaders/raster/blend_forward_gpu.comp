@@ -9,6 +9,7 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #include "blend.glsl"
 #include "blend_blocks.glsl"
+#include "table.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kBlendExtraId) const bool kExtra = false;
@@ -17,16 +18,19 @@ layout(constant_id = kBlendSizesId) const bool kSizes = false;
 layout(constant_id = kBlendIdsId) const bool kIds = false;
 layout(constant_id = kBlendPartsId) const bool kParts = false;
 layout(constant_id = kBlendCutId) const bool kCut = false;
+layout(constant_id = kBlendMedianId) const bool kMedian = false;
+layout(constant_id = kBlendRaysId) const bool kRays = false;
 layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Ranges { uvec2 ranges[]; };
-layout(set = 0, binding = 4, std430) readonly buffer Background { vec4 background[]; };
+TABLE(4, background);
 layout(set = 0, binding = 5, std430) buffer Image { vec4 image[]; };  // accumulates
 layout(set = 0, binding = 6, std430) buffer State { vec2 state[]; };  // accumulates
 layout(set = 0, binding = 7, std430) buffer Extra { vec4 extra[]; };  // accumulates
+layout(set = 0, binding = 8, std430) buffer Median { float median[]; };  // accumulates
 layout(push_constant) uniform Push { BlendParams params; };
 
 const uint kBatch = kTileSize * kTileSize;
@@ -36,14 +40,21 @@ shared uint finished;  // subgroups whose pixels have all stopped
 
 bool all_stopped(Pixel p) { return kEarlyOut && subgroupBallot(!p.stopped) == uvec4(0); }
 
-// Blends `count` staged entries, of which the first is number `begin` of the list. low, high: corners of the box.
-void walk_batch(uint begin, uint count, vec2 low, vec2 high, inout Pixel p) {
+// True if the box of pixels may see a staged entry; `entry`: of all pairs.
+bool sees(uint place, uint entry, vec2 low, vec2 high, vec2 corner) {
+    if (kRays) return boxes_meet(low + corner, high + corner, splats[pairs[entry].y * 3 + 1]);
+    const vec2 mean = batch_a[place].xy;
+    return reaches_box(low - mean, high - mean, batch_b[place]);
+}
+
+// Blends `count` staged entries, of which the first is number `begin` of the list, from `first` on. low, high: corners
+// of the box, in the tile at `corner`.
+void walk_batch(uint first, uint begin, uint count, vec2 low, vec2 high, vec2 corner, inout Pixel p) {
     const uint lanes = min(gl_WorkGroupSize.x / gl_NumSubgroups, 32u);
     for (uint from = 0; from < count; from += lanes) {
         const uint own = from + gl_SubgroupInvocationID, place = min(own, count - 1);
-        const vec2 mean = batch_a[place].xy;
-        const bool sees = !kSkipBlocks || reaches_box(low - mean, high - mean, batch_b[place]);
-        uint left = subgroupBallot(own < count && sees).x;
+        const bool kept = !kSkipBlocks || sees(place, first + begin + place, low, high, corner);
+        uint left = subgroupBallot(own < count && kept).x;
         while (left != 0) {
             const uint seen = from + uint(findLSB(left));
             left &= left - 1;
@@ -73,7 +84,7 @@ void main() {
         if (start + lane < part.y) stage(lane, pairs[start + lane].y, corner, view);
         barrier();
         if (!rests) {
-            walk_batch(start - range.x, min(kBatch, part.y - start), low, high, p);
+            walk_batch(range.x, start - range.x, min(kBatch, part.y - start), low, high, vec2(corner), p);
             rests = all_stopped(p);
             if (rests && subgroupElect()) atomicAdd(finished, 1u);
         }

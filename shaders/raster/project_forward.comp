@@ -6,7 +6,8 @@
 // Bindings: gaussians [N][3] vec4 (mean, opacity; scale, 0; rotation wxyz), colors [N][color_quads]
 // vec4 (coefficients [K,3] flattened), cameras [V][6] vec4 (rows of [R|t]; fx fy cx cy; limits of the
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
-// tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] uvec2
+// tile_footprint.glsl; colour, half size of the 3dgs square; with kFlagRayMaximum a box of pixels in the middle, and l
+// and e of ray_form.glsl behind all), counts [V*N] tiles, keys [V*N] uvec2
 // (bits of the depth or, with kFlagSortByDistance, of the distance; item), radii [V*N] vec2 (their bits),
 // footprints [V*N] uvec2, stats (include/params/tile_bin_params.h; kStatNotFinite starts as 0), background,
 // active_tiles of call_views.glsl, view_ranges.
@@ -19,6 +20,7 @@
 #include "finite.glsl"
 #include "projection.glsl"
 #include "sh.glsl"
+#include "raster/ray_form.glsl"
 #include "raster/tile_footprint.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
@@ -87,6 +89,12 @@ vec3 splat_color(uint index, vec3 offset) {
     return finite(color) ? max(color + kShOffset, vec3(0)) : color;
 }
 
+// The same for the convention ray_maximum: half of the box that its pixels fill.
+vec2 box_radius(vec4 box, float opacity, vec2 size) {
+    const bool outside = any(lessThanEqual(box.zw, vec2(0))) || any(greaterThanEqual(box.xy, size));
+    return outside || !(opacity >= kAlphaMin) ? vec2(0) : ceil(0.5 * (box.zw - box.xy));
+}
+
 // Number of tiles, and the footprint for tile_bin_emit.comp.
 uint tile_count(vec4 a, vec4 b, float half_size, uint view, ivec2 size, out uvec2 packed) {
     packed = uvec2(0);
@@ -135,20 +143,30 @@ void main() {
     const ivec2 size = view_size(view_index);
     const Projection p = project(view, g0.xyz, g1.xyz, q);
     const float z = p.m.z;
-    valid = valid && (is_set(kFlagGsplat) ? z >= params.near_plane && z <= params.far_plane
+    valid = valid && (is_set(kFlagGsplat) && !is_set(kFlagRayMaximum) ? z >= params.near_plane && z <= params.far_plane
                                           : z > params.near_plane && z <= params.far_plane);
     const vec2 mean = image_mean(view, p.m, vec2(size));
-    if (valid) all_finite = finite(p.det) && finite(vec3(p.a, p.b, p.c)) && finite(vec3(mean, 0.0));
-    valid = valid && all_finite;
     float opacity = g0.w;
+    RayForm ray;
+    if (is_set(kFlagRayMaximum)) {
+        const float reach = opacity_reach(is_set(kFlagOpacityExtent) ? opacity : max(opacity, 1.0), kFlags);
+        ray = ray_form(view, p, g1.xyz, mean, max(reach, 0.0), params.near_plane);
+        if (valid) all_finite = finite(ray.l) && finite(ray.e) && finite(vec3(mean, 0.0));
+    } else if (valid) {
+        all_finite = finite(p.det) && finite(vec3(p.a, p.b, p.c)) && finite(vec3(mean, 0.0));
+    }
+    valid = valid && all_finite;
     if (is_set(kFlagAntialias)) opacity *= max(kCompensationMin, sqrt(p.det0 / p.det));
 
-    const vec2 radius = valid ? visible_radius(p, mean, opacity, vec2(size)) : vec2(0);
+    vec2 radius = vec2(0);
+    if (valid && is_set(kFlagRayMaximum)) radius = box_radius(ray.box, opacity, vec2(size));
+    if (valid && !is_set(kFlagRayMaximum)) radius = visible_radius(p, mean, opacity, vec2(size));
     valid = valid && radius.x > 0.0 && radius.y > 0.0;
     const float half_size = is_set(kFlagGsplat) ? 0.0 : radius.x;
     vec4 a = valid ? vec4(mean, opacity, z) : vec4(0);
-    const vec4 b =
+    vec4 b =
         valid ? vec4(kRootHalfLog2e * p.l, opacity_reach(opacity, kFlags)) : vec4(1, 0, 1, 0);
+    if (is_set(kFlagRayMaximum)) b = valid ? ray.box : vec4(0, 0, -1, -1);
     uvec2 packed = uvec2(0);
     uint count = valid ? tile_count(a, b, half_size, view_index, size, packed) : 0u;
     vec3 color = vec3(0);
@@ -169,6 +187,10 @@ void main() {
     ST4(splats, item * 3, a);
     ST4(splats, item * 3 + 1, b);
     ST4(splats, item * 3 + 2, vec4(color, half_size));
+    if (is_set(kFlagRayMaximum)) {
+        ST4(splats, params.rays + item * 2, valid ? ray.l : vec4(0));
+        ST4(splats, params.rays + item * 2 + 1, valid ? ray.e : vec4(0));
+    }
     counts[item] = count;
     ST2(footprints, item, count > 0 ? packed : uvec2(0));
     const bool sorted = count > 0 || (valid && !is_set(kFlagCull));

@@ -177,8 +177,8 @@ Result<model::Precision> precision_of(splat_precision precision, const char* fie
 struct PredictorObject : OfDevice {
     using OfDevice::OfDevice;
     config::Settings settings;
-    std::string path;    ///< path of the weights; empty for a handle
-    std::string report;  ///< JSON
+    std::string path, report;  ///< of the weights, empty for a handle; JSON
+    predict::Aggregation aggregation;
     OnDevice<std::unique_ptr<predict::Predictor>> predictor{*this};
 };
 

@@ -67,9 +67,9 @@ struct ModelConfig {
     /// Pixels of the image whose network this is: names of its levels and attention_resolutions are for this size. 0:
     /// resolution. F3D-Gaus is built for 128 and takes 256.
     std::uint32_t named_resolution = 0;
-    bool depth = false;              ///< a channel of depth follows RGB
-    bool normal = false;             ///< three channels of normals follow
-    bool mask = false;               ///< a channel of object mask follows
+    bool depth = false;   ///< a channel of depth follows RGB
+    bool normal = false;  ///< three channels of normals follow
+    bool mask = false;    ///< a channel of object mask follows
     bool origin_distance =
         false;                ///< CO3D: a last plane, added to the depth, unseen by the network
     std::uint32_t views = 1;  ///< input images per object
@@ -88,10 +88,13 @@ struct ModelConfig {
     std::uint32_t tokens = 0;     ///< tokens per image
 
     std::uint32_t positions = kHeadRayDepth;  ///< kHeadInputDepth: of a last plane, in scene units
+    /// What larger numbers of its maps are: false, nearer, relative inverse depths; true, farther, relative depths.
+    bool depth_farther = false;
     std::uint32_t scales = kHeadExp;
     bool direct = false;          ///< colours are red, green and blue; degree 0
     std::uint32_t per_pixel = 1;  ///< Gaussians of a pixel
     float box = 1;                ///< kHeadBox: means are from -box to box on each axis
+    float opacity_threshold = 0;  ///< scenes leave fainter Gaussians out
     std::uint32_t sh_degree = 1;  ///< 0 or 1
     bool isotropic = false;
     bool offset = true;  ///< the network moves Gaussians off their rays

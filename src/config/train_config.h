@@ -49,6 +49,11 @@ struct TrainConfig {
     bool scale_terms = false;                ///< CO3D: hold scales between 1e-5 and 20
     bool white_background = true;
 
+    /// Each so many steps the inputs are views drawn of what the network predicts, see train/cycle.cpp. 0: none.
+    std::uint64_t cycle_every = 0;
+    std::uint64_t cycle_after = 0;  ///< steps before the first
+    double cycle_weight = 1;        ///< of the loss in such steps
+
     bool ema = true;
     double ema_most = 0.9999;  ///< see ops::EmaSchedule
     std::uint64_t ema_every = 10;

@@ -58,7 +58,7 @@ BandCamera camera_of(const PackedViews& views) {
 
 /// Relative error of a sum of products in float32, at most.
 constexpr double kRounding = 1e-5;
-/// Standard deviations at which a Gaussian ends, with room for those to be rounded: more than both conventions'.
+/// Standard deviations at which a Gaussian ends, with room for those to be rounded: more than all conventions'.
 constexpr double kSigmas = 3.5;
 static_assert(kSigmas > 1.05 * static_cast<double>(kMaxSigma) && kMaxSigma > kSigma3dgs);
 /// Pixels^2 that are added to a variance: kDilation, and sqrt(kLambdaFloor), where eigenvalues are equal.
@@ -89,10 +89,28 @@ using Interval = std::array<double, 2>;
 constexpr Interval kAll = {-HUGE_VAL, HUGE_VAL};
 constexpr Interval kNone = {HUGE_VAL, -HUGE_VAL};
 
+/// The same for the convention ray_maximum: what is seen lies in a sphere around the mean, beyond the near plane.
+std::array<Interval, 2> ray_extent(const BandCamera& camera, const Vec3& m, const Vec3& error,
+                                   double radius, double near_plane) {
+    const double first = m.z - error.z - radius, last = m.z + error.z + radius;
+    if (!(first > near_plane) || !std::isfinite(last)) return {kAll, kAll};
+    std::array<Interval, 2> found{};
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        const auto k = static_cast<int>(axis);
+        const double low = m[k] - error[k] - radius, high = m[k] + error[k] + radius;
+        const double margin = kPixels + kRounding * std::abs(camera.centre[axis]);
+        found[axis] = {
+            camera.focal[axis] * low / (low < 0 ? first : last) + camera.centre[axis] - margin,
+            camera.focal[axis] * high / (high > 0 ? first : last) + camera.centre[axis] + margin};
+    }
+    return found;
+}
+
 /// The columns and rows of pixels that Gaussian i may reach. No covariance in the image has a larger eigenvalue than
 /// (norm of the Jacobian * largest scale)^2 + kVariance. What is not finite is everywhere, to be counted.
 std::array<Interval, 2> extent(const scene::Gaussians& g, std::size_t i, const BandCamera& camera,
-                               double near_plane) {
+                               const RasterDesc& desc) {
+    const auto near_plane = static_cast<double>(desc.near_plane);
     if (!is_finite(g, i)) return {kAll, kAll};
     if (scene::opacity_of(static_cast<double>(g.opacity_logits[i])) < 0.999 * scene::kLeastOpacity)
         return {kNone, kNone};
@@ -107,14 +125,18 @@ std::array<Interval, 2> extent(const scene::Gaussians& g, std::size_t i, const B
     if (m.z + error.z < near_plane * (1 - kRounding)) return {kNone, kNone};
     const double z = m.z - error.z;
     if (!(z > 0)) return {kAll, kAll};
+    const float* const s = &g.log_scales[3 * i];
+    const double scale = std::exp(static_cast<double>(std::max({s[0], s[1], s[2]})));
+    if (desc.rays()) {
+        const double deviation = std::sqrt(scale * scale + static_cast<double>(kRayVariance));
+        return ray_extent(camera, m, error, kSigmas * camera.turn * 1.001 * deviation, near_plane);
+    }
     std::array<double, 2> slope{}, norm{};
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const auto k = static_cast<int>(axis);
         slope[axis] = std::max((std::abs(m[k]) + error[k]) / z, camera.steepest[axis]);
         norm[axis] = camera.focal[axis] * std::hypot(1, slope[axis]) / z;
     }
-    const float* const s = &g.log_scales[3 * i];
-    const double scale = std::exp(static_cast<double>(std::max({s[0], s[1], s[2]})));
     const double variance =
         std::pow(scale * camera.turn * turn_of(g, i), 2) * (norm[0] * norm[0] + norm[1] * norm[1]) +
         kVariance;
@@ -155,13 +177,12 @@ Result<Bands> divide(const scene::Gaussians& scene, const RasterDesc& desc,
                      const PackedViews& views, std::uint64_t most) {
     SPLAT_ASSERT(views.count() == 1);
     const BandCamera camera = camera_of(views);
-    const auto near_plane = static_cast<double>(desc.near_plane);
     Bands bands;
     bands.reaches.resize(scene.count());
     const std::uint32_t rows = desc.tiles_y();
     std::vector<std::uint64_t> begun(rows + 1), ended(rows + 1);  // before each row
     for (std::size_t i = 0; i < scene.count(); ++i) {
-        const Bands::Reach reach = reach_of(extent(scene, i, camera, near_plane), desc);
+        const Bands::Reach reach = reach_of(extent(scene, i, camera, desc), desc);
         bands.reaches[i] = reach;
         if (reach.end == 0) continue;
         ++begun[reach.begin + std::size_t{1}];

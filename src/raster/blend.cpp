@@ -36,14 +36,16 @@ params::BlendParams blend_params(const vk::Recorder& recorder, const RasterDesc&
     params.spread = tile_order_used(recorder, desc, window)
                         ? 0
                         : spread_of(std::uint64_t{window.rows()} * desc.views);
-    // 3dgs stops before T < the limit, gsplat before T <= the limit.
-    params.stop_below = desc.convention == Convention::k3dgs
-                            ? kTransmittanceMin
-                            : std::nextafter(kTransmittanceMin, 1.0F);
+    // gsplat stops before T <= the limit, the others before T < the limit.
+    params.stop_below = desc.convention == Convention::kGsplat
+                            ? std::nextafter(kTransmittanceMin, 1.0F)
+                            : kTransmittanceMin;
     params.straight_through = desc.original_gradient ? 1 : 0;
     params.gaussians = desc.ranges.used ? 0 : desc.gaussians;  // see item_of_first() in blend.glsl
     params.part_begin = part.begin;
     params.part_entries = part.entries;
+    params.rays = static_cast<std::uint32_t>(3 * desc.items());
+    params.near_plane = desc.near_plane;
     return params;
 }
 
@@ -103,8 +105,12 @@ std::uint32_t part_entries(vk::Context& context, bool backward) {
 Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
                      const BlendViews& views, std::uint64_t pairs_estimate, bool normals,
                      const ListPart& part) {
-    const vk::Kernels kernels =
+    vk::Kernels kernels =
         kernels_of(recorder.device(), recorder.kernels(vk::Family::kBlend), false);
+    // Ray forms make a batch of the kernel for GPUs 64 bytes a pixel of shared memory; devices need not have more.
+    if (desc.rays() && kernels == vk::Kernels::kGpu &&
+        recorder.device().limits.shared_memory_bytes <= 64 * kTilePixels)
+        kernels = vk::Kernels::kPlain;
     const bool cpu = kernels == vk::Kernels::kCpu;
     const std::uint32_t quarters = cpu ? 4 : 1;
     const double pairs = pairs_of(desc, window, part, pairs_estimate);
@@ -114,15 +120,17 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
         {params::kBlendNormalsId, normals ? 1U : 0U},
         {params::kBlendSizesId, desc.view_sizes ? 1U : 0U},
         {params::kBlendIdsId, desc.ids && !normals ? 1U : 0U},
-        {params::kBlendCutId, desc.cut_3_sigma ? 1U : 0U}};
+        {params::kBlendCutId, desc.cut_3_sigma ? 1U : 0U},
+        {params::kBlendMedianId, desc.median && !normals ? 1U : 0U},
+        {params::kBlendRaysId, desc.rays() ? 1U : 0U}};
     if (kernels != vk::Kernels::kPlain) {
         constants.push_back({params::kBlendEarlyOutId, desc.skips.early_out ? 1U : 0U});
         constants.push_back({params::kBlendSkipBlocksId, desc.skips.blocks ? 1U : 0U});
     }
-    std::vector<vk::Access> accesses = {vk::read(views.splats),      vk::read(views.pairs),
-                                        vk::read(views.normals),     vk::read(views.ranges),
-                                        vk::read(views.background),  vk::read_write(views.image),
-                                        vk::read_write(views.state), vk::read_write(views.extra)};
+    std::vector<vk::Access> accesses = {
+        vk::read(views.splats),      vk::read(views.pairs),       vk::read(views.normals),
+        vk::read(views.ranges),      vk::read(views.background),  vk::read_write(views.image),
+        vk::read_write(views.state), vk::read_write(views.extra), vk::read_write(views.median)};
     if (part.of_long_lists) constants.push_back({params::kBlendPartsId, 1});
     if (cpu) accesses.push_back(vk::read(views.order));
     return recorder.dispatch({

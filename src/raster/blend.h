@@ -18,6 +18,7 @@ struct BlendViews {
     vk::BufferView extra;       ///< [V,H,W] quads: accumulated and expected depth, contributors,
                                 ///< with desc.ids the Gaussian of the largest weight (the first of
                                 ///< equals) or -1, else 0; one quad if not desc.extra
+    vk::BufferView median;  ///< [V,H,W] float32: median depth, or 0; one quad if not desc.median
 };
 
 /// The lists that a dispatch walks: all that have at most `entries` whole, or `entries` of each of the others, from

@@ -29,6 +29,7 @@ params::ProjectParams params_of(const RasterDesc& desc, const Window& window) {
     params.near_plane = desc.near_plane;
     params.far_plane = desc.far_plane;
     params.views = desc.views;
+    params.rays = static_cast<std::uint32_t>(3 * desc.items());
     return params;
 }
 

@@ -8,7 +8,8 @@ namespace splat::raster {
 
 std::uint32_t RasterDesc::flags() const {
     std::uint32_t flags = 0;
-    if (convention == Convention::kGsplat) flags |= params::kFlagGsplat;
+    if (convention != Convention::k3dgs) flags |= params::kFlagGsplat;
+    if (rays()) flags |= params::kFlagRayMaximum;
     if (antialiased) flags |= params::kFlagAntialias;
     if (direct_colors) flags |= params::kFlagDirectColors;
     if (original_gradient) flags |= params::kFlagOriginalGradient;

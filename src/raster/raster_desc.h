@@ -16,6 +16,8 @@ using gaussians::slice;
 enum class Convention : int {
     k3dgs = 0,    ///< Kerbl et al. 2023: near plane 0.2, a square of 3 sigma in whole tiles
     kGsplat = 1,  ///< gsplat 1.6: near and far planes, exactly alpha >= 1/255, unit quaternions
+    /// Yu et al. 2024, Gaussian Opacity Fields: opacity at the maximum along a pixel's ray, no dilation. Forward only.
+    kRayMaximum = 2,
 };
 
 /// Work to skip. No skip changes the image; all are on by default.
@@ -65,6 +67,7 @@ struct RasterDesc : gaussians::SetDesc {
     float near_plane = kNear3dgs;
     float far_plane = kFarGsplat;
     bool extra = false;              ///< draw depth and contributors, too
+    bool median = false;             ///< draw the median depth, too; it has no gradient
     bool normals = false;            ///< draw an image of normals, too
     bool backward = false;           ///< keep the data of the backward pass
     bool original_gradient = false;  ///< 3dgs: the original's gradient with its three quirks
@@ -93,6 +96,9 @@ struct RasterDesc : gaussians::SetDesc {
     [[nodiscard]] std::uint64_t pixels() const { return std::uint64_t{width} * height * views; }
     [[nodiscard]] std::uint32_t tiles_x() const { return (width + 15) / 16; }
     [[nodiscard]] std::uint32_t tiles_y() const { return (height + 15) / 16; }
+    [[nodiscard]] bool rays() const { return convention == Convention::kRayMaximum; }
+    /// Quads of an item in the splats: with rays two more behind all (ray_form.glsl).
+    [[nodiscard]] std::uint32_t splat_quads() const { return rays() ? 5 : 3; }
     /// Quads of a record of the backward pass, see RecordViews.
     [[nodiscard]] std::uint32_t record_quads() const { return contributions ? 4 : 3; }
     /// Words of 32 tiles in a view's mask.

@@ -36,7 +36,7 @@ bool Rasterizer::names(const SetViews& scene) const {
 
 std::uint64_t most_items(const vk::DeviceInfo& device, const RasterDesc& desc) {
     const std::uint64_t binding = device.limits.max_storage_buffer_bytes;
-    if (!desc.export_gradients || !desc.grad_pose) return binding / 48;
+    if (!desc.export_gradients || !desc.grad_pose) return binding / (16 * desc.splat_quads());
     return (binding - std::min(binding, pose_partial_bytes(device, desc))) / kPartAlignment *
            kPartAlignment / 48;  // both in one buffer
 }
@@ -48,6 +48,10 @@ Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc) {
                        desc.views, desc.width, desc.height);
     SPLAT_ASSERT(desc.grad_pose || !desc.grad_intrinsics);
     SPLAT_ASSERT(desc.extra || !desc.ids);
+    if (desc.rays() && (desc.backward || desc.antialiased))
+        return invalid(
+            "rasterizer: the convention ray_maximum has neither gradients nor a dilation to "
+            "compensate for");
     if (desc.ids && desc.gaussians > kMostIds)
         return unsupported("rasterizer: ids of %u Gaussians, expected at most %u", desc.gaussians,
                            kMostIds);

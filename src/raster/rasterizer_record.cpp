@@ -25,7 +25,8 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
             .background = space_.background.range(),
             .image = space_.image.range(),
             .state = space_.state.range(),
-            .extra = space_.extra.range()};
+            .extra = space_.extra.range(),
+            .median = space_.median.range()};
 }
 
 Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SetViews& scene,

@@ -46,7 +46,7 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
     poses_ = desc.grad_pose ? round_up(image_gradients, kPartAlignment) : 0;
     SPLAT_ASSIGN(
         item_bytes_,
-        allocate(context, {{&splats, "splats", 48 * items},
+        allocate(context, {{&splats, "splats", 16 * desc.splat_quads() * items},
                            {&counts, "tile counts and first records",
                             first_records_ + (desc.backward ? 4 * items : 16)},
                            {&radii, "radii", 8 * items},
@@ -72,6 +72,7 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&image, "image", 16 * desc.pixels()},
                            {&state, "pixel state", 8 * desc.pixels()},
                            {&extra, "depth image", desc.extra ? 16 * desc.pixels() : 16},
+                           {&median, "median depth", desc.median ? 4 * desc.pixels() : 16},
                            {&normals, "normals", desc.normals ? 16 * items : 16},
                            {&normal_image, "normal image", desc.normals ? 16 * desc.pixels() : 16},
                            {&exported, "image gradients and pose sums",

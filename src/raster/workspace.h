@@ -31,7 +31,7 @@ class Workspace {
     vk::Buffer splats, counts, radii, footprints, begins, large, cameras, background, active_tiles,
         view_ranges;
     vk::Buffer item_keys, item_order[2], item_count, sorted, sums, stats, pair_count, kept_pairs;
-    vk::Buffer ranges, order, image, state, extra, normals, normal_image, exported, pose,
+    vk::Buffer ranges, order, image, state, extra, median, normals, normal_image, exported, pose,
         intrinsics, contributions;
     vk::Buffer
         seen_stats;  ///< what lists copy `stats` to for the host, where it does not see those; else empty

@@ -21,15 +21,6 @@ Result<vk::CommandList> copy_of(vk::Context& context, const vk::BufferView& from
     return recorder.finish();
 }
 
-/// Copy a set, or its gradients, to another of the same size.
-Result<vk::CommandList> copy_of(vk::Context& context, const gaussians::SetViews& from,
-                                const gaussians::SetViews& to) {
-    vk::Recorder recorder(context);
-    SPLAT_TRY(recorder.copy(from.gaussians, to.gaussians));
-    SPLAT_TRY(recorder.copy(from.colors, to.colors));
-    return recorder.finish();
-}
-
 /// Pairs that arrays of a call must be able to hold for each item: then few scenes make it several passes.
 constexpr std::uint64_t kRoomPerItem = 16;
 
@@ -38,6 +29,14 @@ raster::RasterDesc call_of(const raster::RasterDesc& object, std::uint32_t objec
     call.gaussians *= objects;
     call.views *= objects;
     call.most_items = object.items() * objects;
+    return call;
+}
+
+/// A call that draws another set of Gaussians with each object's.
+raster::RasterDesc joined_call_of(const raster::RasterDesc& object) {
+    raster::RasterDesc call = object;
+    call.gaussians *= 2;
+    call.most_items = 2 * object.items();
     return call;
 }
 
@@ -67,6 +66,14 @@ std::span<const T> part_of(std::span<const T> all, std::size_t count, std::size_
 
 }  // namespace
 
+Result<vk::CommandList> copy_of_set(vk::Context& context, const gaussians::SetViews& from,
+                                    const gaussians::SetViews& to) {
+    vk::Recorder recorder(context);
+    SPLAT_TRY(recorder.copy(from.gaussians, to.gaussians));
+    SPLAT_TRY(recorder.copy(from.colors, to.colors));
+    return recorder.finish();
+}
+
 Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
                                                  const model::ModelConfig& network,
                                                  const config::TrainConfig& config,
@@ -78,6 +85,7 @@ Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
             "'opt.batch_size' is %u, expected a multiple of ranks times opt.micro_batch, %u x %u",
             config.batch_size, group->count(), config.micro_batch);
     std::unique_ptr<Trainer> self(new Trainer(context, config, group));
+    SPLAT_TRY(self->check_cycle(network));
     SPLAT_TRY(self->build(network));
     SPLAT_TRY(self->build_optimiser());
     self->batch_ = vk::Batch(std::clamp(self->lists_of_a_step(), kLeastLists, kMostLists));
@@ -110,8 +118,10 @@ Status Trainer::build(const model::ModelConfig& network) {
     desc.width = desc.height = network.resolution;
     desc.sh_degree = network.sh_degree;
     desc.backward = true;
-    drawn_ = objects_of_a_call(context_.device(), desc, config_.micro_batch);
-    const raster::RasterDesc call = call_of(desc, drawn_);
+    const bool cycle = config_.cycle_every > 0;
+    drawn_ = cycle ? 1 : objects_of_a_call(context_.device(), desc, config_.micro_batch);
+    raster::RasterDesc call = call_of(desc, drawn_);
+    if (cycle) call = joined_call_of(call);
     SPLAT_ASSIGN(rasterizer_, raster::Rasterizer::create(context_, call));
     SPLAT_ASSIGN(grad_image_,
                  context_.memory().allocate(call.pixels() * 16, vk::MemoryKind::kDevice,
@@ -148,21 +158,26 @@ Status Trainer::build(const model::ModelConfig& network) {
     SPLAT_ASSIGN(RenderLoss made, RenderLoss::create(context_, loss));
     loss_ = std::make_unique<RenderLoss>(std::move(made));
 
-    if (config_.micro_batch == drawn_) return {};
+    if (config_.micro_batch == drawn_ && !cycle) return {};
     // The rasterizer's lists name one set, and recording them costs more than copying.
     SPLAT_ASSIGN(scene_, gaussians::allocate_set(context_, call));
     SPLAT_ASSIGN(grad_scene_, gaussians::allocate_set(context_, call));
     for (std::uint32_t slot = 0; slot < config_.micro_batch; slot += drawn_) {
         const auto part = [&](bool gradients) {
             return gaussians::part(call, model_->sets(gradients), slot * desc.gaussians,
-                                   call.gaussians);
+                                   drawn_ * desc.gaussians);
         };
-        SPLAT_ASSIGN(vk::CommandList in, copy_of(context_, part(false), scene_.views()));
-        SPLAT_ASSIGN(vk::CommandList out, copy_of(context_, grad_scene_.views(), part(true)));
+        SPLAT_ASSIGN(vk::CommandList in, copy_of_set(context_, part(false), predicted(scene_)));
+        SPLAT_ASSIGN(vk::CommandList out,
+                     copy_of_set(context_, predicted(grad_scene_), part(true)));
         copy_in_.push_back(std::move(in));
         copy_out_.push_back(std::move(out));
     }
-    return {};
+    return build_cycle(desc);
+}
+
+gaussians::SetViews Trainer::predicted(const gaussians::GaussianSet& set) const {
+    return gaussians::part(set.desc, set.views(), 0, drawn_ * model_->set_desc().gaussians);
 }
 
 /// Make the optimiser. Notes are the losses of each object of the batch, then the counts of each pass.
@@ -243,7 +258,7 @@ Status Trainer::step(const TrainBatch& batch, bool read_it) {
         }
     };
     const Count count{*this};
-    return attempt(batch, made, read_it);
+    return cycles_now() ? attempt_cycle(batch, made, read_it) : attempt(batch, made, read_it);
 }
 
 /// Check the batch, and read what must be known before its step.
@@ -375,15 +390,19 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t first, std::uint32
     }
     const bool copied = !copy_in_.empty();
     if (copied) SPLAT_TRY(context_.run(copy_in_[slot / drawn_]));
-    SPLAT_TRY(rasterizer_->forward(copied ? scene_.views() : model_->sets(), views));
+    if (cycling_) SPLAT_TRY(context_.run(join_[first + slot]));
+    const auto whole = [&](const gaussians::GaussianSet& set) {
+        return cycling_ ? set.views() : predicted(set);
+    };
+    SPLAT_TRY(rasterizer_->forward(copied ? whole(scene_) : model_->sets(), views));
     for (std::uint32_t i = 0; i < drawn_; ++i) SPLAT_TRY(compare(batch, first, slot + i));
     SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(),
-                                    copied ? grad_scene_.views() : model_->sets(true)));
+                                    copied ? whole(grad_scene_) : model_->sets(true)));
     if (copied) SPLAT_TRY(context_.run(copy_out_[slot / drawn_]));
     const raster::RasterStats& stats = rasterizer_->stats();
     result.pairs += stats.pairs;
     result.visible += stats.visible;
-    result.culled += desc.items() - stats.visible;
+    result.culled += rasterizer_->drawn_desc().items() - stats.visible;
     return {};
 }
 
@@ -393,7 +412,8 @@ Status Trainer::compare(const TrainBatch& batch, std::uint32_t first, std::uint3
         SPLAT_TRY(sizes_->draw(model_->set(slot), part(batch.cameras), loss_->pixel_weights()));
     SPLAT_TRY(batch.levels.empty() ? loss_->set_targets(part(batch.targets))
                                    : loss_->set_targets(part(batch.levels)));
-    const float weight = 1 / static_cast<float>(config_.batch_size);
+    const auto share = static_cast<float>(cycling_ ? config_.cycle_weight : 1.0);
+    const float weight = share / static_cast<float>(config_.batch_size);
     SPLAT_TRY(loss_->run(slot % drawn_, weight, unread_.back().lpips_weight));
     return context_.run(note_losses_[first + slot]);
 }

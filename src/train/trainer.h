@@ -20,6 +20,10 @@
 
 namespace splat::train {
 
+/// Commands that copy a set, or its gradients, to another of the same size.
+Result<vk::CommandList> copy_of_set(vk::Context& context, const gaussians::SetViews& from,
+                                    const gaussians::SetViews& to);
+
 /// The images of one step, in host memory: B = Trainer::objects() objects with V input views and T target views
 /// each, R x R pixels. Cameras are relative to the object's first input view.
 struct TrainBatch {
@@ -172,6 +176,8 @@ class Trainer {
     Status render(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot,
                   TrainStep& result);
     Status compare(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot);
+    /// The network's part of a set: all of it, but for those of cycles, which have as much room again.
+    [[nodiscard]] gaussians::SetViews predicted(const gaussians::GaussianSet& set) const;
 
     // trainer_group.cpp
     /// The same status on all ranks.
@@ -203,6 +209,14 @@ class Trainer {
     Status repeat_for_scales(const TrainBatch& batch, std::uint32_t first, const ScaleOutliers& all,
                              TrainStep& result, const nn::BetweenParts& between);
 
+    // cycle.cpp
+    struct CycleInputs;
+    Status check_cycle(const model::ModelConfig& network) const;
+    Status build_cycle(const raster::RasterDesc& object);
+    [[nodiscard]] bool cycles_now() const;
+    Status draw_cycle(const TrainBatch& batch, CycleInputs& made, TrainStep& result);
+    Status attempt_cycle(const TrainBatch& batch, Unread& made, bool read);
+
     vk::Context& context_;
     config::TrainConfig config_;
     run::Group* group_;      ///< null: one rank
@@ -215,6 +229,11 @@ class Trainer {
     std::optional<SizeMap> sizes_;               ///< where edges are weighed by size
     std::uint32_t drawn_ = 1;                    ///< objects of a rasterizer call
     gaussians::GaussianSet scene_, grad_scene_;  ///< a call's, in passes of several calls
+    /// Of cycles: what draws views; what is predicted first, of all objects; an object's to there, and to scene_.
+    std::unique_ptr<raster::Rasterizer> drawer_;
+    gaussians::GaussianSet detached_;
+    std::vector<vk::CommandList> keep_, join_;
+    bool cycling_ = false;
     vk::Buffer grad_image_, grad_depth_;
     std::vector<vk::CommandList> copy_in_, copy_out_;  ///< one per call of such a pass
     /// Keep an object's losses, or a pass's counts of the network's output: the optimiser's notes.

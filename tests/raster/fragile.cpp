@@ -18,10 +18,41 @@ struct Density {
     double value = 0;
     double error = 0;
     double sigma = 0;
+    bool at_near = false;  ///< ray_maximum: its depth may be on either side of the near plane
 };
+
+/// By how much numbers of a mean and of axes that are off by kMeanRounding change sigma and depth.
+Density ray_density(const Gaussian& g, std::size_t column, std::size_t row) {
+    const ref::RayMaximum<double> seen = ref::ray_maximum(g, column, row);
+    double sigma_error = 0;
+    double depth_error = 0;
+    const auto move = [&](Gaussian moved) {
+        const ref::RayMaximum<double> found = ref::ray_maximum(moved, column, row);
+        sigma_error += std::abs(found.squared - seen.squared) / 2;
+        depth_error += std::abs(found.depth - seen.depth);
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+        Gaussian moved = g;
+        moved.camera_mean[k] *= 1 + kMeanRounding;
+        move(moved);
+        const auto& axis = g.ray.whitening[k];
+        const double length = std::sqrt(ref::dot(axis, axis));
+        for (std::size_t c = 0; c < 3; ++c) {
+            moved = g;
+            moved.ray.whitening[k][c] += kMeanRounding * length;
+            move(moved);
+        }
+    }
+    const double sigma = seen.squared / 2;
+    const double density = g.opacity * std::exp(-sigma);
+    const bool at_near = std::abs(seen.depth - g.ray.near_plane) <= depth_error;
+    const bool before = seen.depth <= g.ray.near_plane && !at_near;
+    return {before ? 0 : density, kRounding * (1 + sigma) + sigma_error, sigma, at_near};
+}
 
 Density density_of(const ref::RasterScene<double>& scene, const Gaussian& g, std::size_t column,
                    std::size_t row) {
+    if (g.ray.used) return ray_density(g, column, row);
     const auto width = static_cast<double>(scene.camera.width);
     const auto height = static_cast<double>(scene.camera.height);
     const double dx = g.mean2d[0] - (static_cast<double>(column) + 0.5);
@@ -32,7 +63,8 @@ Density density_of(const ref::RasterScene<double>& scene, const Gaussian& g, std
     const double moved = std::abs(A * dx + B * dy) * (std::abs(g.mean2d[0]) + width) +
                          std::abs(B * dx + C * dy) * (std::abs(g.mean2d[1]) + height);
     return {g.opacity * std::exp(-squares - mixed),
-            kRounding * (1 + squares + std::abs(mixed)) + kMeanRounding * moved, squares + mixed};
+            kRounding * (1 + squares + std::abs(mixed)) + kMeanRounding * moved, squares + mixed,
+            false};
 }
 
 constexpr double kAlphaMin = raster::kAlphaMin;
@@ -94,7 +126,7 @@ class FragileSearch {
             const double gap = key - key_before;
             const double key_rounding =
                 kMeanRounding * (std::abs(key) + std::abs(scene_.camera.world_to_camera[11]));
-            if (!inner || beyond >= -density.error ||
+            if (!inner || density.at_near || beyond >= -density.error ||
                 is_next_to(density.value, kAlphaMin, density.error) ||
                 is_next_to(density.value, kAlphaMax, density.error) ||
                 (gap > 0 && gap <= key_rounding))

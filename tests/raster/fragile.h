@@ -12,6 +12,7 @@ namespace splat::test {
 /// * a transmittance next to kTransmittanceMin (blended or stopped),
 /// * in 3dgs, a visible Gaussian whose box ends next to the rim of a tile,
 /// * with cut_3_sigma, a sigma next to 9/2,
+/// * in ray_maximum, a depth next to the near plane,
 /// * consecutive Gaussians with almost equal depths or, by distance, distances (exactly equal ones are in order).
 ///
 /// "Next to" follows the terms of each number: kFragileUlps float32 roundings of sigma's three

@@ -18,12 +18,19 @@ struct RasterMode {
     bool cut_3_sigma = false;
 
     [[nodiscard]] bool is_3dgs() const { return convention == ref::Convention::k3dgs; }
+    [[nodiscard]] bool is_ray() const { return convention == ref::Convention::kRayMaximum; }
 };
 
 inline constexpr RasterMode kRasterModes[] = {
     {"3dgs", ref::Convention::k3dgs, false},
     {"gsplat", ref::Convention::kGsplat, false},
     {"gsplat_aa", ref::Convention::kGsplat, true},
+};
+
+/// Forward only.
+inline constexpr RasterMode kRayModes[] = {
+    {"ray_maximum", ref::Convention::kRayMaximum, false},
+    {"ray_maximum as glTF", ref::Convention::kRayMaximum, false, true, true},
 };
 
 /// By distance and cut at 3 sigma, each alone, and both in either convention.

@@ -51,6 +51,19 @@ class Comparison {
         }
     }
 
+    /// Depths of one of two Gaussians, where the transmittance between them is next to a half.
+    void median(const RasterOutputs& got, const RasterOutputs& expected) {
+        const std::vector<double>& late = expected.median;
+        if (!begins("median", got.median.size(), late.size())) return;
+        const double bound = allowed("median", late, 0, 1);
+        for (std::size_t i = 0; i < late.size(); ++i) {
+            if (subject_.fragile[i] && !is_float64(subject_.judge)) continue;
+            const double early = expected.median_early[i];
+            const bool is_early = std::abs(got.median[i] - early) <= bound;
+            check("median", i, got.median[i], is_early ? early : late[i], bound);
+        }
+    }
+
     /// `width` numbers per Gaussian.
     void projected(const char* name, const std::vector<double>& got,
                    const std::vector<double>& expected) {
@@ -176,6 +189,7 @@ AssertionResult outputs_match(const RasterOutputs& got, const RasterOutputs& exp
     compare.image("alpha", got.alpha, expected.alpha);
     compare.image("depth", got.depth, expected.depth);
     compare.image("depth_expected", got.depth_expected, expected.depth_expected);
+    compare.median(got, expected);
     compare.image("normal", got.normal, expected.normal);
     compare.integers("n_contrib", got.n_contrib, expected.n_contrib, true);
     for (std::size_t i = 0; i < subject.hostile.size() && !got.radii.empty(); ++i)

@@ -16,7 +16,10 @@ struct RasterOutputs {
     std::vector<double> alpha;           ///< [H,W]
     std::vector<double> depth;           ///< [H,W] accumulated
     std::vector<double> depth_expected;  ///< [H,W]
-    std::vector<double> normal;          ///< [H,W,3] accumulated
+    std::vector<double> median;          ///< [H,W] median depth
+    std::vector<double>
+        median_early;            ///< [H,W] of a reference: another one that rounding may make of it
+    std::vector<double> normal;  ///< [H,W,3] accumulated
     std::vector<std::int64_t> n_contrib;
 
     std::vector<double> means2d;           ///< [n,2] pixels, centres at + 0.5 in both conventions
@@ -61,6 +64,8 @@ RasterOutputs reference_outputs(const ref::RasterScene<Real>& scene, bool counts
     out.alpha = widened(blended.alpha);
     out.depth = widened(blended.depth);
     out.depth_expected = widened(blended.depth_expected);
+    out.median = widened(blended.median);
+    out.median_early = widened(blended.median_early);
     out.normal = widened(blended.normal);
     out.n_contrib = blended.n_contrib;
     for (const ref::ProjectedGaussian<Real>& g : projected.gaussians) {

@@ -1,4 +1,4 @@
-// The reference's gradients against central differences of its own forward pass, every mode.
+// The reference's gradients against central differences of its own forward pass, every mode, and its boxes of rays.
 #include "ref/rasterize_ref.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +7,7 @@
 #include "raster/raster_outputs.h"
 #include "raster/raster_scenes.h"
 #include "support/gradcheck.h"
+#include "support/rng_fill.h"
 
 namespace splat::test {
 namespace {
@@ -230,6 +231,64 @@ TEST(RasterizeReference, AbsoluteGradientsOfMeans2d) {
     const RasterGradients one = reference_gradients(pixel.scene, pixel.loss);
     for (std::size_t i = 0; i < one.means2d.size(); ++i)
         EXPECT_DOUBLE_EQ(std::abs(one.means2d[i]), one.means2d_abs[i]);
+}
+
+/// Scales of a Gaussian alone: of all shapes, some of them flat, some with the camera inside, some across the near plane.
+ref::RasterScene<double> ray_scene(std::uint64_t seed) {
+    Rng rng(seed);
+    ref::RasterScene<double> scene;
+    scene.options = ref::raster_options<double>(ref::Convention::kRayMaximum);
+    const double size = std::exp(1.5 * rng.normal() - 1);
+    for (int k = 0; k < 3; ++k) {
+        scene.means.push_back(k < 2 ? 2 * rng.normal() : 0.21 + std::abs(2 * rng.normal()));
+        scene.scales.push_back(k == 2 && seed % 4 == 0 ? 0 : size * std::exp(rng.normal()));
+    }
+    for (int k = 0; k < 4; ++k) scene.rotations.push_back(rng.normal());
+    scene.opacities = {1};
+    scene.colors = {1, 1, 1};
+    scene.camera.width = scene.camera.height = 1U << 20;
+    return scene;
+}
+
+/// Every pixel of a fine grid that sees a Gaussian lies in its box, and the outermost ones touch it.
+TEST(RasterizeReference, RayBoxesAreExact) {
+    constexpr std::size_t kSide = 240;
+    constexpr double kLevel = 11, kBegin = 40, kEnd = 200;
+    std::size_t tight = 0, cut = 0;
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+        const ref::RasterScene<double> scene = ray_scene(500 + seed);
+        auto g = ref::project_gaussian(scene, ref::CameraFrame<double>(scene.camera), 0);
+        if (!g.ray.used) continue;
+        g.ray.camera.fx = g.ray.camera.fy = 1;
+        g.ray.camera.cx = g.ray.camera.cy = 0;
+        const auto x = ref::ray_extent(g, 0, kLevel), y = ref::ray_extent(g, 1, kLevel);
+        g.ray.camera.fx = (kEnd - kBegin) / (x[1] - x[0]);
+        g.ray.camera.fy = (kEnd - kBegin) / (y[1] - y[0]);
+        g.ray.camera.cx = kBegin - g.ray.camera.fx * x[0];
+        g.ray.camera.cy = kBegin - g.ray.camera.fy * y[0];
+        std::array<double, 4> box = {kSide, 0, kSide, 0};
+        std::size_t seen = 0;
+        for (std::size_t p = 0; p < kSide * kSide; ++p) {
+            const auto at = ref::ray_maximum(g, p % kSide, p / kSide);
+            if (at.squared > kLevel || !(at.depth > g.ray.near_plane)) continue;
+            ++seen;
+            const double column = static_cast<double>(p % kSide) + 0.5;
+            const double row = static_cast<double>(p / kSide) + 0.5;
+            box = {std::min(box[0], column), std::max(box[1], column), std::min(box[2], row),
+                   std::max(box[3], row)};
+        }
+        if (seen == 0) continue;
+        EXPECT_GE(std::min(box[0], box[2]), kBegin - 1e-6) << seed;
+        EXPECT_LE(std::max(box[1], box[3]), kEnd + 1e-6) << seed;
+        if (seen < 4000) continue;
+        ++tight;
+        cut += g.camera_mean[2] - std::sqrt(kLevel * g.ray.covariance[2][2]) < g.ray.near_plane ? 1
+                                                                                                : 0;
+        EXPECT_LE(std::max(box[0], box[2]), kBegin + 4) << seed;
+        EXPECT_GE(std::min(box[1], box[3]), kEnd - 4) << seed;
+    }
+    EXPECT_GT(tight, 50U);
+    EXPECT_GT(cut, 20U);
 }
 
 }  // namespace

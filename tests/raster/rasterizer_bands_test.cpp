@@ -82,8 +82,10 @@ TEST_P(RasterizerBands, GiveTheSameBits) {
     const RasterCase cases[] = {random_scene(size, 11, 2), needle_scene(size, 12, 0.5),
                                 tie_scene(size, 13), hostile_scene(size, 14).with,
                                 opaque_scene(size, 15)};
+    std::vector<RasterMode> modes(std::begin(kRasterModes), std::end(kRasterModes));
+    modes.push_back(kRayModes[0]);
     for (const RasterCase& from : cases)
-        for (const RasterMode& mode : kRasterModes) {
+        for (const RasterMode& mode : modes) {
             SCOPED_TRACE(from.name + " " + mode.name);
             const scene::Gaussians scene = scene_of(from);
             const raster::RasterDesc desc = raster_desc(from, mode);

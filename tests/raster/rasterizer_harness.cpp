@@ -59,6 +59,9 @@ Status read_outputs(vk::Context& context, const raster::Rasterizer& rasterizer, 
     SPLAT_ASSIGN(const auto extra, download<float>(context, space.extra.range(), 4 * pixels));
     SPLAT_ASSIGN(const auto normals, download<float>(context, space.normal_image.range(),
                                                      desc.normals ? 4 * pixels : 0));
+    SPLAT_ASSIGN(const auto median,
+                 download<float>(context, space.median.range(), desc.median ? pixels : 0));
+    run.outputs.median.assign(median.begin(), median.end());
     SPLAT_ASSIGN(const auto splats, download<float>(context, space.splats.range(), 12 * items));
     SPLAT_ASSIGN(const auto radii, download<float>(context, space.radii.range(), 2 * items));
     for (std::size_t p = 0; p < pixels; ++p) {
@@ -79,6 +82,7 @@ Status read_outputs(vk::Context& context, const raster::Rasterizer& rasterizer, 
         run.outputs.valid.push_back(radii[2 * i] > 0 ? 1 : 0);
         without_color |= radii[2 * i] > 0 && splats[12 * i + 2] < raster::kAlphaMin;
     }
+    if (desc.rays()) run.outputs.conics.clear();
     if (without_color && desc.skips.cull) run.outputs.colors.clear();  // none expected
     return {};
 }
@@ -172,13 +176,16 @@ raster::RasterDesc raster_desc(const RasterCase& from, const RasterMode& mode) {
            std::size_t{desc.sh_degree + 1} * (desc.sh_degree + 1) < from.sh_coefficients)
         ++desc.sh_degree;
     desc.direct_colors = from.sh.empty();
-    desc.convention = mode.is_3dgs() ? raster::Convention::k3dgs : raster::Convention::kGsplat;
+    desc.convention = mode.is_3dgs()  ? raster::Convention::k3dgs
+                      : mode.is_ray() ? raster::Convention::kRayMaximum
+                                      : raster::Convention::kGsplat;
     desc.antialiased = mode.antialiased;
     desc.sort_by_distance = mode.sort_by_distance;
     desc.cut_3_sigma = mode.cut_3_sigma;
-    desc.near_plane = mode.is_3dgs() ? 0.2F : 0.01F;
+    desc.near_plane = mode.is_3dgs() || mode.is_ray() ? 0.2F : 0.01F;
     desc.extra = true;
     desc.normals = true;
+    desc.median = true;
     return desc;
 }
 

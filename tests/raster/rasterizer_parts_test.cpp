@@ -70,7 +70,7 @@ std::vector<float> results_of(vk::Context& context, RasterSession& session,
                               std::span<const scene::Camera> cameras) {
     EXPECT_OK(session.forward(cameras));
     const raster::RasterDesc& desc = session.rasterizer().desc();
-    for (int call = 0; call < 2; ++call)
+    for (int call = 0; call < 2 && desc.backward; ++call)
         EXPECT_OK(
             session.backward(normal_fill(4 * desc.pixels(), 1), normal_fill(desc.pixels(), 2)));
     const raster::Workspace& space = session.rasterizer().workspace();
@@ -78,11 +78,14 @@ std::vector<float> results_of(vk::Context& context, RasterSession& session,
     const auto add = [&](const std::vector<float>& more) {
         all.insert(all.end(), more.begin(), more.end());
     };
-    add(session.gradients());
+    if (desc.backward) add(session.gradients());
     if (desc.export_gradients) add(session.exported());
-    add(download(context, space.pose.range(), std::uint64_t{12} * desc.views));
-    add(download(context, space.intrinsics.range(), std::uint64_t{4} * desc.views));
+    if (desc.grad_pose) {
+        add(download(context, space.pose.range(), std::uint64_t{12} * desc.views));
+        add(download(context, space.intrinsics.range(), std::uint64_t{4} * desc.views));
+    }
     if (desc.extra) add(download(context, space.extra.range(), 4 * desc.pixels()));
+    if (desc.median) add(download(context, space.median.range(), desc.pixels()));
     if (desc.normals) add(download(context, space.normal_image.range(), 4 * desc.pixels()));
     if (desc.contributions) add(download(context, space.contributions.range(), 2 * desc.gaussians));
     return all;
@@ -123,6 +126,14 @@ TEST_P(RasterizerParts, GiveTheSameBits) {
         }
         expect_same_in_parts(context(), scene, desc, {&camera, 1});
     }
+}
+
+TEST_P(RasterizerParts, RayMaximum) {
+    const RasterCase scene = layers({600, 20, 16}, false);
+    raster::RasterDesc desc = raster_desc(scene, kRayModes[0]);
+    desc.ids = true;
+    const scene::Camera camera = camera_of(scene);
+    expect_same_in_parts(context(), scene, desc, {&camera, 1});
 }
 
 TEST_P(RasterizerParts, ViewsOfTheirOwnSizes) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "ref/project_ray_ref.h"
 #include "ref/project_ref.h"
 #include "ref/raster_scene_ref.h"
 
@@ -14,9 +15,12 @@
 ///   alpha_i = min(kAlphaMax, opacity_i exp(-sigma_i))      T_1 = 1, T_{i+1} = T_i (1 - alpha_i)
 ///   w_i = alpha_i T_i      rgb = sum w_i color_i + T_end background      alpha = 1 - T_end
 ///   depth = sum w_i z_i      depth_expected = depth / max(alpha, kExpectedAlphaMin)
+///   median = z_i of the last i with T_i > kMedianTransmittance, 0 if there is none
 ///
 /// Skipped: alpha < kAlphaMin; with cut_3_sigma also sigma > 9/2; in 3dgs also pixels whose tile the
-/// box does not meet. A pixel stops before the first Gaussian that would leave T < kTransmittanceMin (gsplat: <=).
+/// box does not meet. ray_maximum: sigma and z_i are those of the maximum along the pixel's ray (project_ray_ref.h),
+/// skipped unless z_i > near. A pixel stops before the first Gaussian that would leave
+/// T < kTransmittanceMin (gsplat: <=).
 namespace splat::ref {
 
 /// One Gaussian that a pixel blends.
@@ -27,6 +31,7 @@ struct Blended {
     Real dy = 0;
     Real density = 0;  ///< opacity exp(-sigma), not clamped
     Real alpha = 0;
+    Real depth = 0;
     Real transmittance = 0;  ///< in front of it
 };
 
@@ -43,6 +48,8 @@ struct BlendForward {
     std::vector<Real> alpha;              ///< [H,W]
     std::vector<Real> depth;              ///< [H,W] accumulated
     std::vector<Real> depth_expected;     ///< [H,W]
+    std::vector<Real> median;             ///< [H,W]
+    std::vector<Real> median_early;       ///< [H,W] median if T_i were less by 1e-4 of it
     std::vector<Real> normal;             ///< [H,W,3] accumulated, no background
     std::vector<std::int64_t> n_contrib;  ///< [H,W] Gaussians blended
 };
@@ -63,8 +70,15 @@ Blended<Real> density_at(const ProjectedGaussian<Real>& g, std::size_t column, s
     Blended<Real> hit;
     hit.dx = g.mean2d[0] - (static_cast<Real>(column) + Real(0.5));
     hit.dy = g.mean2d[1] - (static_cast<Real>(row) + Real(0.5));
+    hit.depth = g.depth;
     const auto [A, B, C] = g.conic;
-    const Real sigma = (A * hit.dx * hit.dx + C * hit.dy * hit.dy) / Real(2) + B * hit.dx * hit.dy;
+    Real sigma = (A * hit.dx * hit.dx + C * hit.dy * hit.dy) / Real(2) + B * hit.dx * hit.dy;
+    if (g.ray.used) {
+        const RayMaximum<Real> seen = ray_maximum(g, column, row);
+        sigma = seen.squared / Real(2);
+        hit.depth = seen.depth;
+        if (!(seen.depth > g.ray.near_plane)) return hit;
+    }
     if (sigma < Real(0) || sigma > g.reach) return hit;
     hit.density = g.opacity * std::exp(-sigma);
     hit.alpha = std::min(static_cast<Real>(raster::kAlphaMax), hit.density);
@@ -83,7 +97,7 @@ BlendedPixel<Real> blend_pixel(const RasterScene<Real>& scene,
         Blended<Real> hit = density_at(g, column, row);
         if (hit.alpha < static_cast<Real>(raster::kAlphaMin)) continue;
         const Real behind = pixel.transmittance * (Real(1) - hit.alpha);
-        if (scene.options.is_3dgs() ? behind < least : behind <= least) break;
+        if (scene.options.is_gsplat() ? behind <= least : behind < least) break;
         hit.index = index;
         hit.transmittance = pixel.transmittance;
         pixel.hits.push_back(hit);
@@ -103,10 +117,15 @@ BlendForward<Real> blend_forward(const RasterScene<Real>& scene,
             Vec3<Real> rgb{};
             Vec3<Real> normal{};
             Real depth(0);
+            Real median(0);
+            Real median_early(0);
             for (const Blended<Real>& hit : pixel.hits) {
                 const ProjectedGaussian<Real>& g = projected.gaussians[hit.index];
                 const Real weight = hit.alpha * hit.transmittance;
-                depth += weight * g.depth;
+                depth += weight * hit.depth;
+                const auto half = static_cast<Real>(raster::kMedianTransmittance);
+                if (hit.transmittance > half) median = hit.depth;
+                if (hit.transmittance > half * Real(1.0001)) median_early = hit.depth;
                 for (std::size_t k = 0; k < 3; ++k) {
                     rgb[k] += weight * g.color[k];
                     normal[k] += weight * g.normal[k];
@@ -119,6 +138,8 @@ BlendForward<Real> blend_forward(const RasterScene<Real>& scene,
             }
             out.alpha.push_back(alpha);
             out.depth.push_back(depth);
+            out.median.push_back(median);
+            out.median_early.push_back(median_early);
             out.depth_expected.push_back(depth / std::max(alpha, floor));
             out.n_contrib.push_back(static_cast<std::int64_t>(pixel.hits.size()));
         }

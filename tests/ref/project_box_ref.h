@@ -12,6 +12,16 @@
 /// The projection of a Gaussian, and its bounding box, which decides in which tiles it is listed.
 namespace splat::ref {
 
+/// What the convention ray_maximum keeps of a Gaussian, see project_ray_ref.h.
+template <class Real>
+struct RayGaussian {
+    bool used = false;
+    Mat3<Real> whitening{};   ///< S^-1 Rq^-1 R^-1
+    Mat3<Real> covariance{};  ///< in camera coordinates
+    RasterCamera<Real> camera;
+    Real near_plane = 0;
+};
+
 template <class Real>
 struct ProjectedGaussian {
     bool valid = false;
@@ -24,6 +34,7 @@ struct ProjectedGaussian {
     Real opacity = 0;  ///< with compensation
     Real reach = 0;    ///< beyond this sigma alpha is certainly below kAlphaMin, or cut
     Vec3<Real> normal{};
+    RayGaussian<Real> ray;
 
     // Intermediate values for the backward pass.
     Vec3<Real> camera_mean{};

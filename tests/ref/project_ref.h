@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "ref/project_box_ref.h"
+#include "ref/project_ray_ref.h"
 #include "ref/raster_scene_ref.h"
 #include "ref/sh_ref.h"
 
@@ -151,9 +152,9 @@ ProjectedGaussian<Real> project_gaussian(const RasterScene<Real>& scene,
     g.camera_mean = product(frame.rotation, row3(scene.means, i));
     for (std::size_t k = 0; k < 3; ++k) g.camera_mean[k] += frame.translation[k];
     g.depth = g.camera_mean[2];
-    const bool near_enough = options.is_3dgs()
-                                 ? g.depth > options.near_plane
-                                 : g.depth >= options.near_plane && g.depth <= options.far_plane;
+    const bool near_enough = options.is_gsplat()
+                                 ? g.depth >= options.near_plane && g.depth <= options.far_plane
+                                 : g.depth > options.near_plane;
     if (!near_enough) return {};
     Real squared(0);
     for (std::size_t k = 0; k < 4; ++k) {
@@ -165,14 +166,17 @@ ProjectedGaussian<Real> project_gaussian(const RasterScene<Real>& scene,
         for (Real& element : g.quaternion) element /= g.quaternion_norm;
     g.mean2d = project_point(scene, g.camera_mean);
     project_covariance(scene, frame, i, g);
-    if (!std::isfinite(static_cast<float>(g.det)) || !(g.det > Real(0))) return {};
+    if (options.is_ray())
+        project_ray(scene, frame, i, g);
+    else if (!std::isfinite(static_cast<float>(g.det)) || !(g.det > Real(0)))
+        return {};
     g.compensation = Real(1);
     if (options.antialiased)
         g.compensation =
             std::max(static_cast<Real>(raster::kCompensationMin), std::sqrt(g.det0 / g.det));
     g.opacity = scene.opacities[i] * g.compensation;
     if (!options.is_3dgs() && g.opacity < static_cast<Real>(raster::kAlphaMin)) return {};
-    if (!project_box(scene, g)) return {};
+    if (!(options.is_ray() ? ray_box(scene, g) : project_box(scene, g))) return {};
     g.reach = std::log(g.opacity / static_cast<Real>(raster::kAlphaMin)) + Real(1e-3);
     if (options.cut_3_sigma) g.reach = std::min(g.reach, Real(4.5));
     g.valid = true;

@@ -13,7 +13,7 @@
 namespace splat::ref {
 
 /// The published rasterizer whose semantics are followed in every detail.
-enum class Convention { k3dgs, kGsplat };
+enum class Convention { k3dgs, kGsplat, kRayMaximum };
 
 /// kTrue: the derivative of the forward pass. kOriginal (3dgs only): as the published code has it,
 /// with three deviations: the clamp of alpha passes its gradient straight through, tx is held
@@ -41,10 +41,12 @@ struct RasterOptions {
     Real far_plane = static_cast<Real>(raster::kFarGsplat);
 
     [[nodiscard]] bool is_3dgs() const { return convention == Convention::k3dgs; }
+    [[nodiscard]] bool is_gsplat() const { return convention == Convention::kGsplat; }
+    [[nodiscard]] bool is_ray() const { return convention == Convention::kRayMaximum; }
     [[nodiscard]] bool is_original() const { return gradient == RasterGradient::kOriginal; }
 };
 
-/// The default planes of each convention; 3dgs has no far plane.
+/// The default planes of each convention; only gsplat has a far plane.
 template <class Real>
 RasterOptions<Real> raster_options(Convention convention, bool antialiased = false,
                                    RasterGradient gradient = RasterGradient::kTrue) {
@@ -52,7 +54,7 @@ RasterOptions<Real> raster_options(Convention convention, bool antialiased = fal
     options.convention = convention;
     options.antialiased = antialiased;
     options.gradient = gradient;
-    if (options.is_3dgs()) options.near_plane = static_cast<Real>(raster::kNear3dgs);
+    if (!options.is_gsplat()) options.near_plane = static_cast<Real>(raster::kNear3dgs);
     return options;
 }
 

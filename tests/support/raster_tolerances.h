@@ -38,6 +38,7 @@ inline constexpr RasterTolerance kRasterTolerances[] = {
     {"depth", RasterScale::kOfLargest, 1e-5, 1e-4, "as alpha; seen 3.5e-6 / 3.4e-5"},
     {"depth_expected", RasterScale::kOfLargest, 2e-5, 1e-4,
      "a quotient by alphas down to 1/255; seen 7.5e-6 / 1.9e-5"},
+    {"median", RasterScale::kOfLargest, 1e-6, 1e-6, "the depth of one Gaussian"},
     {"means2d", RasterScale::kOfRow, 1e-5, 1e-5,
      "at the left rim cx and fx x / z cancel, in images of a hundred pixels; seen 2e-6"},
     {"conics", RasterScale::kOfRow, 2e-5, 2e-5,

@@ -1095,6 +1095,14 @@ function(ScenesAreRendered)
   foreach(name IN ITEMS one_alpha one_depth)
     expect_image(${TEMP}/file/${name}.npy 934e554d5059 3200)
   endforeach()
+  vkrun(0 render ${TEMP}/scene.ply --cameras ${TEMP}/cameras.json --size 32x24 --out ${TEMP}/rays
+        --outputs rgb,median --format npy --convention ray_maximum --json)
+  expect_json("${out}" ray_maximum convention)
+  expect_json("${out}" 3 views 0 visible)
+  expect_image(${TEMP}/rays/one_median.npy 934e554d5059 3200)
+  vkrun(1 render ${TEMP}/scene.ply --cameras ${TEMP}/cameras.json --size 32x24 --out ${TEMP}/no
+        --convention ray_maximum --antialiased)
+  expect("${err}" "compensates for a dilation")
   # The depth of a.png and the image of a_depth.png would be one file.
   set(matrix "[[1,0,0,0],[0,-1,0,0],[0,0,-1,-4],[0,0,0,1]]")
   file(WRITE ${TEMP}/two.json

@@ -52,6 +52,19 @@ void move_conic(Noise& noise, ref::ProjectedGaussian<double>& g) {
     g.conic = {l[0] * l[0], l[0] * l[1], l[1] * l[1] + l[2] * l[2]};
 }
 
+/// Moves what the form along rays follows from: the mean, and axes divided by scales.
+void move_rays(Noise& noise, ref::ProjectedGaussian<double>& g) {
+    noise.move_all(g.camera_mean, kSums + ref::kQuotientRoundings);
+    for (ref::Vec3<double>& axis : g.ray.whitening) {
+        const double length = std::sqrt(ref::dot(axis, axis));
+        for (double& number : axis) {
+            double moved = length;
+            noise.move(moved, kFactor + kUnitVector);
+            number += moved - length;
+        }
+    }
+}
+
 /// exp2(-p) is 6 + 4 p roundings off: at most 6 of the opacity. Harmonics have degree 3 in a unit vector.
 void move_projected(Noise& noise, const RasterScene& scene,
                     ref::ProjectForward<double>& projected) {
@@ -60,7 +73,10 @@ void move_projected(Noise& noise, const RasterScene& scene,
     for (const std::uint32_t i : projected.order) {
         ref::ProjectedGaussian<double>& g = projected.gaussians[i];
         noise.move_all(g.mean2d, kSums + ref::kQuotientRoundings);
-        move_conic(noise, g);
+        if (g.ray.used)
+            move_rays(noise, g);
+        else
+            move_conic(noise, g);
         noise.move_all(g.color, kSums + (scene.sh_coefficients > 1 ? 3 * kUnitVector : 0));
         noise.move_all(g.normal, 2 * kUnitVector);
         noise.move(g.opacity, by_pixel + (scene.options.antialiased ? root : 0));
@@ -84,9 +100,11 @@ RasterResults<Real> results_of(const ref::RasterScene<Real>& scene,
             results[name].push_back(g.valid ? value : Real(0));
         };
         for (const Real value : g.mean2d) push("means2d", value);
-        for (const Real value : g.conic) push("conics", value);
+        if (!scene.options.is_ray())
+            for (const Real value : g.conic) push("conics", value);
         push("depths", g.depth);
     }
+    if (scene.options.is_ray()) return results;
     const ref::RasterBackward<Real> back =
         ref::project_backward(scene, before, ref::blend_backward(scene, projected, loss));
     results["grad_means"] = back.grad_means;
@@ -168,7 +186,8 @@ std::map<std::string, Expected> raster_expected(const RasterScene& scene, const 
                     std::max(change[name], std::abs(values[i] - expected[name].value[i]));
     const std::vector<std::int64_t> blended = ref::blend_forward(scene, projected).n_contrib;
     const auto terms = static_cast<double>(*std::max_element(blended.begin(), blended.end()));
-    change["grad_rotations"] += left_along_rotations(scene, expected["grad_scales"].value);
+    if (!scene.options.is_ray())
+        change["grad_rotations"] += left_along_rotations(scene, expected["grad_scales"].value);
     for (auto& [name, tensor] : expected) {
         double largest = 0;
         for (const double value : tensor.value) largest = std::max(largest, std::abs(value));
@@ -205,7 +224,7 @@ RasterResults<float> published_in_float32(const RasterScene& scene, const Raster
                                                 scene.options.gradient);
     ref::ProjectForward<float> projected = ref::project_forward(single);
     for (auto& g : projected.gaussians) {
-        if (!g.valid) continue;
+        if (!g.valid || g.ray.used) continue;
         g.det = g.cov[0] * g.cov[2] - g.cov[1] * g.cov[1];
         if (!(g.det > 0)) g.valid = false;
         g.conic = {g.cov[2] / g.det, -g.cov[1] / g.det, g.cov[0] / g.det};

@@ -43,7 +43,7 @@ RasterOnDevice::RasterOnDevice(splat_device device, const RasterScene& scene,
     add("sh", {n, terms, 3}, scene.sh);
     auto desc = sized<splat_rasterizer_desc>();
     desc.flags = SPLAT_RASTERIZER_DEPTH | SPLAT_RASTERIZER_NORMALS;
-    if (!loss.grad_rgb.empty()) {
+    if (!loss.grad_rgb.empty() && !scene.options.is_ray()) {
         desc.flags |= SPLAT_RASTERIZER_GRAD_DEPTH;
         const std::int64_t H = camera_.height;
         const std::int64_t W = camera_.width;
@@ -57,7 +57,10 @@ RasterOnDevice::RasterOnDevice(splat_device device, const RasterScene& scene,
     desc.width = camera_.width;
     desc.height = camera_.height;
     desc.sh_degree = scene.sh_coefficients > 1 ? 1 : 0;
-    desc.convention = scene.options.is_3dgs() ? SPLAT_CONVENTION_3DGS : SPLAT_CONVENTION_GSPLAT;
+    desc.convention = scene.options.is_3dgs()  ? SPLAT_CONVENTION_3DGS
+                      : scene.options.is_ray() ? SPLAT_CONVENTION_RAY_MAXIMUM
+                                               : SPLAT_CONVENTION_GSPLAT;
+    rays_ = scene.options.is_ray();
     desc.disabled_skips = disabled_skips;
     check(splat_rasterizer_create(device, &desc, rasterizer_.out()));
 }
@@ -95,15 +98,16 @@ std::vector<float> RasterOnDevice::output(splat_output output, std::size_t count
 
 RasterResults<float> RasterOnDevice::results() {
     forward();
-    backward();
+    if (!rays_) backward();
     RasterResults<float> results;
     results["rgb"] = output(SPLAT_OUTPUT_RGB, 3 * pixels_);
     results["alpha"] = output(SPLAT_OUTPUT_ALPHA, pixels_);
     results["depth"] = output(SPLAT_OUTPUT_DEPTH, pixels_);
     results["normal"] = output(SPLAT_OUTPUT_NORMALS, 3 * pixels_);
     results["means2d"] = output(SPLAT_OUTPUT_MEANS2D, 2 * count_);
-    results["conics"] = output(SPLAT_OUTPUT_CONICS, 3 * count_);
+    if (!rays_) results["conics"] = output(SPLAT_OUTPUT_CONICS, 3 * count_);
     results["depths"] = output(SPLAT_OUTPUT_DEPTHS, count_);
+    if (rays_) return results;
     for (const auto& [name, tensor] : gradients_)
         results["grad_" + name] = read_tensor(tensor.get());
     return results;

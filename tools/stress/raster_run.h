@@ -26,6 +26,7 @@ class RasterOnDevice {
 
   private:
     std::size_t count_, pixels_;
+    bool rays_ = false;  ///< a convention without gradients and conics
     splat_camera camera_{};
     float background_[3];
     std::map<std::string, Tensor> inputs_, gradients_, weights_;

@@ -87,18 +87,20 @@ constexpr Mode kModes[] = {
     {"3dgs", ref::Convention::k3dgs, false, ref::RasterGradient::kTrue},
     {"gsplat", ref::Convention::kGsplat, false, ref::RasterGradient::kTrue},
     {"original", ref::Convention::k3dgs, false, ref::RasterGradient::kOriginal},
-    {"antialiased", ref::Convention::kGsplat, true, ref::RasterGradient::kTrue}};
+    {"antialiased", ref::Convention::kGsplat, true, ref::RasterGradient::kTrue},
+    {"ray_maximum", ref::Convention::kRayMaximum, false, ref::RasterGradient::kTrue}};
 
 /// Families of scenes, in some of the modes.
 class Families {
   public:
-    std::size_t modes = 2;  ///< the first ones
+    std::size_t modes = 2;  ///< the first ones, besides ray_maximum
 
     void add(const std::string& name, const std::string& input, std::size_t count,
              std::size_t width, std::size_t height,
              const std::function<void(RasterScene&)>& change) {
-        for (std::size_t mode = 0; mode < modes; ++mode) {
-            const Mode& with = kModes[mode];
+        for (const Mode& with : kModes) {
+            const bool first = &with < kModes + modes;
+            if (!first && with.convention != ref::Convention::kRayMaximum) continue;
             RasterScene scene = usual_scene(count, width, height, with.convention);
             scene.options.antialiased = with.antialiased;
             scene.options.gradient = with.gradient;

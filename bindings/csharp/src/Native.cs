@@ -1007,6 +1007,460 @@ namespace Splat.Interop
             capacity, UIntPtr* needed);
 
         /// <summary>
+        /// Create a rasterizer with its memory; the memory for intersections grows on demand.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      a field of desc outside its range, or flags that exclude each
+        ///                                     other
+        ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians, views or pixels than the device takes
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_create(SafeDeviceHandle device, splat_rasterizer_desc* desc, IntPtr* rasterizer);
+
+        /// <summary>Create one more state: the memory of one forward call with its images and with what its backward
+        /// call needs. A rasterizer has one, for calls with state = NULL. With more, several forward calls stay
+        /// alive, and their backward calls come in any order. States of one rasterizer share the memory of gradients.
+        /// Returns as splat_rasterizer_create.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_raster_state_create(SafeRasterizerHandle rasterizer, IntPtr* state);
+
+        /// <summary>Destroy a state. Its rasterizer may have been destroyed before. Returns SPLAT_OK, or
+        /// SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_raster_state_destroy(IntPtr state);
+
+        /// <summary>
+        /// Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are not
+        /// finite or have no extent are left out. It is drawn as the rasterizer's flags say; a warning is logged, once
+        /// for a scene, if splat_scene_info.drawn_as has bits that they lack. A scene keeps its packed copy on the device
+        /// for later calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer and
+        /// device are destroyed earlier.
+        /// state           of this rasterizer; NULL: its own
+        /// scene           n &lt;= N Gaussians; bands beyond the rasterizer's degree are ignored
+        /// cameras         `count` = v &lt;= V cameras of 1 x 1 to W x H pixels; may be NULL for 0
+        /// background      exactly 3 floats RGB; NULL = black
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or too large; a
+        ///                                     background that is not finite; more cameras or Gaussians than
+        ///                                     the rasterizer was made for; a state of another rasterizer; a
+        ///                                     tensor of another device or dtype; another number of tiles
+        ///   SPLAT_ERROR_INVALID_STATE         a tensor is mapped; a scene and direct colours
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        tensors, also of too many Gaussians: the message names one
+        ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+        ///   SPLAT_ERROR_DEVICE_LOST
+        /// After an error before the device starts, the last images stay; later ones leave none, and so does
+        /// an error of a call that made the memory anew.
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_forward_scene(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
+            SafeSceneHandle scene, splat_camera* cameras, uint count, float* background);
+
+        /// <summary>
+        /// Draw Gaussians that are tensors, or a scene whose views see ranges of it or have tiles that are off.
+        /// gaussians       tensors of the rasterizer's device; all NULL for n = 0
+        /// Other parameters and results as splat_rasterizer_forward_scene;
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      also for a scene and tensors, a range beyond the n Gaussians,
+        ///                                     another number of ranges than cameras, and ranges of more
+        ///                                     Gaussians in all than the rasterizer was made for
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_forward(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
+            splat_gaussians_desc* gaussians, splat_camera* cameras, uint count, float* background);
+
+        /// <summary>
+        /// Copy an output of the last forward call, float32, to a tensor.
+        /// tensor    on the rasterizer's device, with the output's shape
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
+        ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
+        ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS, _IDS or
+        ///                                     _MEDIAN_DEPTH
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+        ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_output(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output
+            output, SafeTensorHandle tensor);
+
+        /// <summary>
+        /// Copy an output of the last forward call, float32, to host memory.
+        /// values    out, `bytes` bytes, at least those of the output; untouched on error
+        /// Returns as splat_rasterizer_output; SPLAT_ERROR_INVALID_ARGUMENT also for too few bytes.
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_read(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output output,
+            float* values, UIntPtr bytes);
+
+        /// <summary>
+        /// Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once. 8 bits are 255 v
+        /// rounded and clamped, as in the files of splat_image_save. Linear colours become sRGB, of any type of pixels
+        /// (SPLAT_RASTERIZER_LINEAR_COLORS).
+        /// first     the first view
+        /// images    out, `count` images of W x H pixels: as many channels as the output, or for RGB four,
+        ///           of which the last is alpha (the colours stay over the background); untouched on error
+        /// Returns as splat_rasterizer_output, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      an output of Gaussians; views that were not drawn; an image
+        ///                                     that is too short, or has two samples in one place
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        an image of another size or number of channels
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_read_images(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output
+            output, uint first, splat_image* images, uint count);
+
+        /// <summary>
+        /// Compute gradients at the inputs of the state's last forward call; in the shapes above, N and V
+        /// are that call's. The rasterizer keeps a copy of them. The tensors of the forward call may have
+        /// changed since: the state has its own copy.
+        /// Gradients of a scene are with respect to its activated attributes.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      desc; a tensor of another device or dtype; an output that is
+        ///                                     also another tensor of the call
+        ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a gradient
+        ///                                     that the rasterizer's flags do not include
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+        ///   SPLAT_ERROR_DEVICE_LOST; after the last two the gradients are undefined
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_backward(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
+            splat_gradients_desc* gradients);
+
+        /// <summary>Describe the last forward call of a state; zeros before the first. Does not wait for a call that
+        /// draws on another thread. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_get_info(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
+            splat_rasterizer_info* info);
+
+        /// <summary>Destroy a rasterizer; scenes, with their packed copies on the device, tensors and states stay.
+        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_rasterizer_destroy(IntPtr rasterizer);
+
+        /// <summary>
+        /// Draw views of a scene, with all its bands and as its file says (splat_scene_info.drawn_as), into images,
+        /// one after the other; linear colours become sRGB. It makes a rasterizer
+        /// for the call: a program that draws again and again keeps one. Thread-safe.
+        /// device    NULL: the best one, opened for the call, which takes longer than to draw
+        /// cameras   `count`, each of its own size; may be NULL for 0
+        /// desc      NULL: RGB over black, else
+        /// images    out, `count`, each of its camera's size and with as many channels as the output, or for
+        ///           RGB four, of which the last is alpha; untouched after an error of an argument, after
+        ///           others some may be filled
+        /// Returns as splat_device_create, splat_rasterizer_create, splat_rasterizer_forward_scene and
+        ///   splat_rasterizer_read_images
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_scene_render(SafeSceneHandle scene, SafeDeviceHandle device, splat_camera* cameras, uint
+            count, splat_scene_render_desc* desc, splat_image* images);
+
+        /// <summary>
+        /// Read an image file: PNG, JPEG (turned as its Exif data says), WebP, binary PGM and PPM, or numbers:
+        /// PFM, and .npy [height,width], [height,width,channels] or [channels,height,width] of any plain type.
+        /// Values are as stored: no gamma, no colour profile.
+        /// image     in/out. With pixels NULL, width, height and channels are set from the file's header, a
+        ///           type of 0 becomes U8, or F32 for more than 8 bits, and bytes becomes the size of packed
+        ///           rows; nothing is decoded. With pixels, they are filled: width and height are the
+        ///           file's; gray fills RGB, and a missing alpha is opaque (not of .npy). Decode limits hold too
+        /// info      out, struct_size set; may be NULL
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        another size, or channels of the file have no place
+        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
+        ///   SPLAT_ERROR_FORMAT                damaged, truncated or no image; pixels may be partly written
+        ///   SPLAT_ERROR_UNSUPPORTED           CMYK, an animated WebP, a side above 16384, another type of
+        ///                                     .npy
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_load(byte* path, splat_image* image, splat_image_info* info);
+
+        /// <summary>
+        /// Read an image from the bytes of such a file.
+        /// data      in, `bytes` bytes
+        /// Returns as splat_image_load.
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_load_memory(void* data, UIntPtr bytes, splat_image* image, splat_image_info* info);
+
+        /// <summary>
+        /// Write an image by the extension of the path: .png or .npy. The file appears whole or not at all.
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
+        ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
+        ///   SPLAT_ERROR_IO                    the file cannot be written, e.g. the disk is full
+        ///   SPLAT_ERROR_UNSUPPORTED           another extension
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_save(byte* path, splat_image* image);
+
+        /// <summary>
+        /// Write the same bytes to memory.
+        /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_PNG16 or SPLAT_IMAGE_NPY
+        /// needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
+        ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
+        /// Returns as splat_image_save, SPLAT_INCOMPLETE.
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_save_memory(splat_image* image, ImageFormat format, void* buffer, UIntPtr capacity,
+            UIntPtr* needed);
+
+        /// <summary>
+        /// Write images of one size as an animation that repeats for ever, by the extension of the path:
+        /// .png (animated PNG), .gif or .webp.
+        /// frames        `count` images, at least one
+        /// milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, &gt;= 20
+        /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif, and for a
+        ///   longer side than the format has.
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_save_animation(byte* path, splat_image* frames, uint count, uint milliseconds);
+
+        /// <summary>
+        /// Write the same bytes to memory.
+        /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_GIF or SPLAT_IMAGE_WEBP
+        /// Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory.
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_save_animation_memory(splat_image* frames, uint count, uint milliseconds, ImageFormat
+            format, void* buffer, UIntPtr capacity, UIntPtr* needed);
+
+        /// <summary>
+        /// Compare two images in double precision: PSNR, and SSIM with a Gaussian window of 11 x 11 pixels
+        /// (standard deviation 1.5) on zero-padded images (Wang et al. 2004).
+        /// a, b      in, of one size; alpha counts as any other channel
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers that are not finite),
+        ///   SPLAT_ERROR_SHAPE_MISMATCH (two sizes)
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_image_compare(splat_image* a, splat_image* b, splat_image_scores* scores);
+
+        /// <summary>Create the network of LPIPS. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor missing from all files), SPLAT_ERROR_SHAPE_MISMATCH (a tensor
+        /// of another network), SPLAT_ERROR_UNSUPPORTED (a side above 16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+        /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_lpips_create(SafeDeviceHandle device, splat_lpips_desc* desc, IntPtr* lpips);
+
+        /// <summary>
+        /// Measure the distance of two images with values nominally 0 to 1, not clamped; equal images have
+        /// 0. Within 1e-4 of PyTorch's.
+        /// a, b      in, RGB, of side x side pixels
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers
+        ///   that are not finite), SPLAT_ERROR_SHAPE_MISMATCH (another size), SPLAT_ERROR_TIMEOUT,
+        ///   SPLAT_ERROR_DEVICE_LOST
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_lpips_compare(SafeLpipsHandle lpips, splat_image* a, splat_image* b, double* value);
+
+        /// <summary>Destroy it. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_lpips_destroy(IntPtr lpips);
+
+        /// <summary>
+        /// Cut a picture and its maps out as a predictor does, without a device.
+        /// info      out, may be NULL; it has no warnings of the field of view
+        /// Returns as splat_predictor_predict
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_picture_cut(splat_picture* picture, splat_picture_cut_desc* desc, splat_picture_info* info);
+
+        /// <summary>
+        /// Get the path of weights that come with the library: below its prefix, or in its build folder.
+        /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
+        ///           a picture with depth and normals
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_builtin_weights(byte* name, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+
+        /// <summary>
+        /// Create a predictor. If the weights were trained with another field of view than data.fov, theirs
+        /// is used, with a warning in the report.
+        /// desc      NULL: the built-in weights
+        /// Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
+        ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
+        ///   or as splat_weights_load, splat_weights_fold and splat_model_create
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_create(SafeDeviceHandle device, splat_predictor_desc* desc, IntPtr* predictor);
+
+        /// <summary>Describe a predictor. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
+        /// (info).</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_get_info(SafePredictorHandle predictor, splat_predictor_info* info);
+
+        /// <summary>Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": [sentences], "ignored":
+        /// [sentences on parts of the file that are not read], "category", "metadata" (of the file), "load" (as
+        /// splat_model_report), "config"}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_report(SafePredictorHandle predictor, byte* buffer, UIntPtr capacity, UIntPtr*
+            needed);
+
+        /// <summary>
+        /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
+        /// pictures    `count`, as many as the network has views
+        /// prediction  NULL: no facts
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
+        ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
+        ///                                  network needs and a picture lacks, or the other way round; maps
+        ///                                  of another size; an empty mask; pixels that do not fit,
+        ///                                  are not finite or not from 0 to 1 (splat_picture_source)
+        ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_predict(SafePredictorHandle predictor, splat_picture* pictures, uint count, IntPtr*
+            scene, splat_prediction* prediction);
+
+        /// <summary>
+        /// The same for an object of a data set that was opened with the predictor's resolution and
+        /// background.
+        /// views     `count` numbers of views; the network sees the first of them, as many as it takes. The
+        ///           cameras of `prediction` are those of all
+        /// Returns as splat_predictor_predict and splat_dataset_read
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_predict_object(SafePredictorHandle predictor, SafeDatasetHandle dataset, uint
+            @object, uint* views, uint count, IntPtr* scene, splat_prediction* prediction);
+
+        /// <summary>Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms",
+        /// "network_ms", "pictures": [{"width", "height", "mask" ("mask", "alpha", "border", "nothing"), "square",
+        /// "focal", "fov", "warnings": [sentences]}]}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prediction_report(splat_prediction* prediction, byte* buffer, UIntPtr capacity, UIntPtr*
+            needed);
+
+        /// <summary>Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_destroy(IntPtr predictor);
+
+        /// <summary>
         /// Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
         /// its contents. Values that are not finite are kept.
         /// path      or a name of splat_builtin_weights, such as "cars64", where no file is called so
@@ -1327,7 +1781,7 @@ namespace Splat.Interop
         /// <summary>
         /// Get a tensor that shares the model's memory, float32 and row-major, by name:
         ///   inputs      "images" [N,image_channels,R,R], "view_to_world" [N,4,4], "quaternions" [N,4],
-        ///               "focals" [N,2], "origin_distance" [N], "embedding", "tokens", as far as the
+        ///               "focals" [N,2], "origin_distance" [N], "depths" [N,R,R], "embedding", "tokens", as far as the
         ///               configuration has them; at first zeros, identity poses and focal lengths of R
         ///   outputs     as in splat_model_read; undefined before the first pass
         ///   parameters  the names of the state dict
@@ -1545,459 +1999,6 @@ namespace Splat.Interop
         [DllImport(Lib, CallingConvention = C)] public static extern
 #endif
         ResultCode splat_module_destroy(IntPtr module);
-
-        /// <summary>
-        /// Cut a picture and its maps out as a predictor does, without a device.
-        /// info      out, may be NULL; it has no warnings of the field of view
-        /// Returns as splat_predictor_predict
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_picture_cut(splat_picture* picture, splat_picture_cut_desc* desc, splat_picture_info* info);
-
-        /// <summary>
-        /// Get the path of weights that come with the library: below its prefix, or in its build folder.
-        /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
-        ///           a picture with depth and normals
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_builtin_weights(byte* name, byte* buffer, UIntPtr capacity, UIntPtr* needed);
-
-        /// <summary>
-        /// Create a predictor. If the weights were trained with another field of view than data.fov, theirs
-        /// is used, with a warning in the report.
-        /// desc      NULL: the built-in weights
-        /// Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
-        ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
-        ///   or as splat_weights_load, splat_weights_fold and splat_model_create
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_create(SafeDeviceHandle device, splat_predictor_desc* desc, IntPtr* predictor);
-
-        /// <summary>Describe a predictor. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
-        /// (info).</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_get_info(SafePredictorHandle predictor, splat_predictor_info* info);
-
-        /// <summary>Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": [sentences], "ignored":
-        /// [sentences on parts of the file that are not read], "category", "metadata" (of the file), "load" (as
-        /// splat_model_report), "config"}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_report(SafePredictorHandle predictor, byte* buffer, UIntPtr capacity, UIntPtr*
-            needed);
-
-        /// <summary>
-        /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
-        /// pictures    `count`, as many as the network has views
-        /// prediction  NULL: no facts
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
-        ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
-        ///                                  network needs and a picture lacks, or the other way round; maps
-        ///                                  of another size; an empty mask; pixels that do not fit,
-        ///                                  are not finite or not from 0 to 1 (splat_picture_source)
-        ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_predict(SafePredictorHandle predictor, splat_picture* pictures, uint count, IntPtr*
-            scene, splat_prediction* prediction);
-
-        /// <summary>
-        /// The same for an object of a data set that was opened with the predictor's resolution and
-        /// background.
-        /// views     `count` numbers of views; the network sees the first of them, as many as it takes. The
-        ///           cameras of `prediction` are those of all
-        /// Returns as splat_predictor_predict and splat_dataset_read
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_predict_object(SafePredictorHandle predictor, SafeDatasetHandle dataset, uint
-            @object, uint* views, uint count, IntPtr* scene, splat_prediction* prediction);
-
-        /// <summary>Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms",
-        /// "network_ms", "pictures": [{"width", "height", "mask" ("mask", "alpha", "border", "nothing"), "square",
-        /// "focal", "fov", "warnings": [sentences]}]}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
-        /// SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_prediction_report(splat_prediction* prediction, byte* buffer, UIntPtr capacity, UIntPtr*
-            needed);
-
-        /// <summary>Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_destroy(IntPtr predictor);
-
-        /// <summary>
-        /// Create a rasterizer with its memory; the memory for intersections grows on demand.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      a field of desc outside its range, or flags that exclude each
-        ///                                     other
-        ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians, views or pixels than the device takes
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_rasterizer_create(SafeDeviceHandle device, splat_rasterizer_desc* desc, IntPtr* rasterizer);
-
-        /// <summary>Create one more state: the memory of one forward call with its images and with what its backward
-        /// call needs. A rasterizer has one, for calls with state = NULL. With more, several forward calls stay
-        /// alive, and their backward calls come in any order. States of one rasterizer share the memory of gradients.
-        /// Returns as splat_rasterizer_create.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_raster_state_create(SafeRasterizerHandle rasterizer, IntPtr* state);
-
-        /// <summary>Destroy a state. Its rasterizer may have been destroyed before. Returns SPLAT_OK, or
-        /// SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_raster_state_destroy(IntPtr state);
-
-        /// <summary>
-        /// Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are not
-        /// finite or have no extent are left out. It is drawn as the rasterizer's flags say; a warning is logged, once
-        /// for a scene, if splat_scene_info.drawn_as has bits that they lack. A scene keeps its packed copy on the device
-        /// for later calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer and
-        /// device are destroyed earlier.
-        /// state           of this rasterizer; NULL: its own
-        /// scene           n &lt;= N Gaussians; bands beyond the rasterizer's degree are ignored
-        /// cameras         `count` = v &lt;= V cameras of 1 x 1 to W x H pixels; may be NULL for 0
-        /// background      exactly 3 floats RGB; NULL = black
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or too large; a
-        ///                                     background that is not finite; more cameras or Gaussians than
-        ///                                     the rasterizer was made for; a state of another rasterizer; a
-        ///                                     tensor of another device or dtype; another number of tiles
-        ///   SPLAT_ERROR_INVALID_STATE         a tensor is mapped; a scene and direct colours
-        ///   SPLAT_ERROR_SHAPE_MISMATCH        tensors, also of too many Gaussians: the message names one
-        ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
-        ///   SPLAT_ERROR_DEVICE_LOST
-        /// After an error before the device starts, the last images stay; later ones leave none, and so does
-        /// an error of a call that made the memory anew.
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_rasterizer_forward_scene(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
-            SafeSceneHandle scene, splat_camera* cameras, uint count, float* background);
-
-        /// <summary>
-        /// Draw Gaussians that are tensors, or a scene whose views see ranges of it or have tiles that are off.
-        /// gaussians       tensors of the rasterizer's device; all NULL for n = 0
-        /// Other parameters and results as splat_rasterizer_forward_scene;
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      also for a scene and tensors, a range beyond the n Gaussians,
-        ///                                     another number of ranges than cameras, and ranges of more
-        ///                                     Gaussians in all than the rasterizer was made for
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_rasterizer_forward(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
-            splat_gaussians_desc* gaussians, splat_camera* cameras, uint count, float* background);
-
-        /// <summary>
-        /// Copy an output of the last forward call, float32, to a tensor.
-        /// tensor    on the rasterizer's device, with the output's shape
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
-        ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
-        ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
-        ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_rasterizer_output(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output
-            output, SafeTensorHandle tensor);
-
-        /// <summary>
-        /// Copy an output of the last forward call, float32, to host memory.
-        /// values    out, `bytes` bytes, at least those of the output; untouched on error
-        /// Returns as splat_rasterizer_output; SPLAT_ERROR_INVALID_ARGUMENT also for too few bytes.
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_rasterizer_read(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output output,
-            float* values, UIntPtr bytes);
-
-        /// <summary>
-        /// Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once. 8 bits are 255 v
-        /// rounded and clamped, as in the files of splat_image_save. Linear colours become sRGB, of any type of pixels
-        /// (SPLAT_RASTERIZER_LINEAR_COLORS).
-        /// first     the first view
-        /// images    out, `count` images of W x H pixels: as many channels as the output, or for RGB four,
-        ///           of which the last is alpha (the colours stay over the background); untouched on error
-        /// Returns as splat_rasterizer_output, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      an output of Gaussians; views that were not drawn; an image
-        ///                                     that is too short, or has two samples in one place
-        ///   SPLAT_ERROR_SHAPE_MISMATCH        an image of another size or number of channels
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_rasterizer_read_images(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output
-            output, uint first, splat_image* images, uint count);
-
-        /// <summary>
-        /// Compute gradients at the inputs of the state's last forward call; in the shapes above, N and V
-        /// are that call's. The rasterizer keeps a copy of them. The tensors of the forward call may have
-        /// changed since: the state has its own copy.
-        /// Gradients of a scene are with respect to its activated attributes.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      desc; a tensor of another device or dtype; an output that is
-        ///                                     also another tensor of the call
-        ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a gradient
-        ///                                     that the rasterizer's flags do not include
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
-        ///   SPLAT_ERROR_DEVICE_LOST; after the last two the gradients are undefined
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_rasterizer_backward(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
-            splat_gradients_desc* gradients);
-
-        /// <summary>Describe the last forward call of a state; zeros before the first. Does not wait for a call that
-        /// draws on another thread. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
-        /// SPLAT_ERROR_INVALID_ARGUMENT.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_rasterizer_get_info(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
-            splat_rasterizer_info* info);
-
-        /// <summary>Destroy a rasterizer; scenes, with their packed copies on the device, tensors and states stay.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_rasterizer_destroy(IntPtr rasterizer);
-
-        /// <summary>
-        /// Draw views of a scene, with all its bands and as its file says (splat_scene_info.drawn_as), into images,
-        /// one after the other; linear colours become sRGB. It makes a rasterizer
-        /// for the call: a program that draws again and again keeps one. Thread-safe.
-        /// device    NULL: the best one, opened for the call, which takes longer than to draw
-        /// cameras   `count`, each of its own size; may be NULL for 0
-        /// desc      NULL: RGB over black, else
-        /// images    out, `count`, each of its camera's size and with as many channels as the output, or for
-        ///           RGB four, of which the last is alpha; untouched after an error of an argument, after
-        ///           others some may be filled
-        /// Returns as splat_device_create, splat_rasterizer_create, splat_rasterizer_forward_scene and
-        ///   splat_rasterizer_read_images
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_scene_render(SafeSceneHandle scene, SafeDeviceHandle device, splat_camera* cameras, uint
-            count, splat_scene_render_desc* desc, splat_image* images);
-
-        /// <summary>
-        /// Read an image file: PNG, JPEG (turned as its Exif data says), WebP, binary PGM and PPM, or numbers:
-        /// PFM, and .npy [height,width], [height,width,channels] or [channels,height,width] of any plain type.
-        /// Values are as stored: no gamma, no colour profile.
-        /// image     in/out. With pixels NULL, width, height and channels are set from the file's header, a
-        ///           type of 0 becomes U8, or F32 for more than 8 bits, and bytes becomes the size of packed
-        ///           rows; nothing is decoded. With pixels, they are filled: width and height are the
-        ///           file's; gray fills RGB, and a missing alpha is opaque (not of .npy). Decode limits hold too
-        /// info      out, struct_size set; may be NULL
-        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
-        ///   SPLAT_ERROR_SHAPE_MISMATCH        another size, or channels of the file have no place
-        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
-        ///   SPLAT_ERROR_FORMAT                damaged, truncated or no image; pixels may be partly written
-        ///   SPLAT_ERROR_UNSUPPORTED           CMYK, an animated WebP, a side above 16384, another type of
-        ///                                     .npy
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_image_load(byte* path, splat_image* image, splat_image_info* info);
-
-        /// <summary>
-        /// Read an image from the bytes of such a file.
-        /// data      in, `bytes` bytes
-        /// Returns as splat_image_load.
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_image_load_memory(void* data, UIntPtr bytes, splat_image* image, splat_image_info* info);
-
-        /// <summary>
-        /// Write an image by the extension of the path: .png or .npy. The file appears whole or not at all.
-        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
-        ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
-        ///   SPLAT_ERROR_IO                    the file cannot be written, e.g. the disk is full
-        ///   SPLAT_ERROR_UNSUPPORTED           another extension
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_image_save(byte* path, splat_image* image);
-
-        /// <summary>
-        /// Write the same bytes to memory.
-        /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_PNG16 or SPLAT_IMAGE_NPY
-        /// needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
-        ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
-        /// Returns as splat_image_save, SPLAT_INCOMPLETE.
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_image_save_memory(splat_image* image, ImageFormat format, void* buffer, UIntPtr capacity,
-            UIntPtr* needed);
-
-        /// <summary>
-        /// Write images of one size as an animation that repeats for ever, by the extension of the path:
-        /// .png (animated PNG), .gif or .webp.
-        /// frames        `count` images, at least one
-        /// milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, &gt;= 20
-        /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif, and for a
-        ///   longer side than the format has.
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_image_save_animation(byte* path, splat_image* frames, uint count, uint milliseconds);
-
-        /// <summary>
-        /// Write the same bytes to memory.
-        /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_GIF or SPLAT_IMAGE_WEBP
-        /// Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory.
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_image_save_animation_memory(splat_image* frames, uint count, uint milliseconds, ImageFormat
-            format, void* buffer, UIntPtr capacity, UIntPtr* needed);
-
-        /// <summary>
-        /// Compare two images in double precision: PSNR, and SSIM with a Gaussian window of 11 x 11 pixels
-        /// (standard deviation 1.5) on zero-padded images (Wang et al. 2004).
-        /// a, b      in, of one size; alpha counts as any other channel
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers that are not finite),
-        ///   SPLAT_ERROR_SHAPE_MISMATCH (two sizes)
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_image_compare(splat_image* a, splat_image* b, splat_image_scores* scores);
-
-        /// <summary>Create the network of LPIPS. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
-        /// SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor missing from all files), SPLAT_ERROR_SHAPE_MISMATCH (a tensor
-        /// of another network), SPLAT_ERROR_UNSUPPORTED (a side above 16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-        /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_lpips_create(SafeDeviceHandle device, splat_lpips_desc* desc, IntPtr* lpips);
-
-        /// <summary>
-        /// Measure the distance of two images with values nominally 0 to 1, not clamped; equal images have
-        /// 0. Within 1e-4 of PyTorch's.
-        /// a, b      in, RGB, of side x side pixels
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers
-        ///   that are not finite), SPLAT_ERROR_SHAPE_MISMATCH (another size), SPLAT_ERROR_TIMEOUT,
-        ///   SPLAT_ERROR_DEVICE_LOST
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_lpips_compare(SafeLpipsHandle lpips, splat_image* a, splat_image* b, double* value);
-
-        /// <summary>Destroy it. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_lpips_destroy(IntPtr lpips);
 
         /// <summary>
         /// Do the next piece of work: a step, one piece of a validation, a saved state. After the end it gives
@@ -3586,299 +3587,6 @@ namespace Splat.Interop
         public UIntPtr image_bytes;
     }
 
-    /// <summary>What a tensor of weights is.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_weights_info
-    {
-        public uint struct_size;
-        /** <summary>number of dimensions</summary> */ public uint rank;
-        /** <summary>elements, outermost first; a 0 means none</summary> */ public fixed long dims[8];
-        /** <summary>number of all elements</summary> */ public ulong elements;
-        /** <summary>name of the tensor; lives, like dtype, as long as the weights</summary> */ public byte* name;
-        /** <summary>type in the file: "float32", "int64", ...; read as float32</summary> */ public byte* dtype;
-    }
-
-    /// <summary>A tensor in the caller's memory, row-major. Frozen.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_named_array
-    {
-        public byte* name;
-        public float* values;
-        /** <summary>floats: the product of dims, 1 for rank 0</summary> */ public ulong value_count;
-        /** <summary>outermost first; a 0 means no elements</summary> */ public fixed long dims[8];
-        public uint rank;
-        /** <summary>0</summary> */ public uint reserved;
-    }
-
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_op_desc
-    {
-        public uint struct_size;
-        /** <summary>SPLAT_OP_ bits</summary> */ public OpFlags flags;
-        /** <summary>NULL</summary> */ public void* next;
-        /** <summary>a name of splat_op_list</summary> */ public byte* type;
-        /** <summary>JSON object; NULL = defaults</summary> */ public byte* attributes;
-        public uint input_count;
-        public uint output_count;
-        /** <summary>in the operator's order; an optional one may be NULL</summary> */ public IntPtr* inputs;
-        /** <summary>in the operator's order; an optional one may be NULL</summary> */ public IntPtr* outputs;
-        /// <summary>NULL for an operator without backward; else output_count tensors</summary>
-        public IntPtr* grad_outputs;
-        /// <summary>input_count tensors; gradients of NULL entries are not computed</summary>
-        public IntPtr* grad_inputs;
-    }
-
-    /// <summary>A named tensor of a model or a module. Frozen.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_port
-    {
-        /// <summary>name of the tensor; the library's lives as long as the model or module</summary>
-        public byte* name;
-        /** <summary>number of dimensions</summary> */ public uint rank;
-        /** <summary>SPLAT_PORT_ bits; 0 for a new module</summary> */ public PortFlags flags;
-        /** <summary>elements, outermost first</summary> */ public fixed long dims[8];
-    }
-
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_model_desc
-    {
-        public uint struct_size;
-        /** <summary>SPLAT_MODEL_*</summary> */ public ModelFlags flags;
-        public void* next;
-        /// <summary>text, JSON or YAML with the keys of Splatter Image; NULL: the cars model</summary>
-        public byte* config;
-        /// <summary>objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the
-        /// batch runs in equal slices. A backward pass then repeats the forward pass of all slices but the last, and
-        /// dropout differs from that of an undivided batch</summary>
-        public uint objects;
-        /** <summary>0: SPLAT_PRECISION_BALANCED</summary> */ public Precision precision;
-    }
-
-    /// <summary>What a model was made for, and what its latest pass gave.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_model_info
-    {
-        public uint struct_size;
-        /** <summary>what it was created with, SPLAT_MODEL_ bits</summary> */ public ModelFlags flags;
-        /** <summary>objects per batch</summary> */ public uint objects;
-        /** <summary>input images of an object</summary> */ public uint views;
-        /** <summary>R: images have R x R pixels</summary> */ public uint resolution;
-        /** <summary>channels of the images that a pass takes</summary> */ public uint channels;
-        /** <summary>channels of "images": no plane of origin distances</summary> */ public uint image_channels;
-        /** <summary>channels of "raw"</summary> */ public uint output_channels;
-        /** <summary>M: Gaussians of an object</summary> */ public uint gaussians;
-        /** <summary>degree of the spherical harmonics; K = (sh_degree + 1)^2</summary> */ public uint sh_degree;
-        /** <summary>length of a custom embedding; 0: none</summary> */ public uint embedding_length;
-        /** <summary>numbers of a token; 0: none</summary> */ public uint token_dim;
-        /** <summary>tokens of an image; 0: none</summary> */ public uint tokens;
-        /** <summary>passes of a batch</summary> */ public uint slices;
-        /** <summary>field of view, degrees; 0: each image has its focal lengths</summary> */ public float fov;
-        public uint reserved;
-        /** <summary>numbers of all parameters</summary> */ public ulong parameters;
-        /** <summary>numbers of parameters that a training changes</summary> */ public ulong trainable;
-        /// <summary>Gaussians of the latest pass, over all objects; 0 before the first</summary>
-        public ulong predicted;
-        /// <summary>numbers of "raw" and of their attributes that are NaN or infinite</summary>
-        public ulong non_finite;
-        /** <summary>Gaussians of an opacity below 1/255, which no pixel shows</summary> */ public ulong faint;
-    }
-
-    /// <summary>Counts are of numbers in the array beside them; 0: trusted.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_model_input
-    {
-        public uint struct_size;
-        /** <summary>SPLAT_PASS_ bits</summary> */ public PassFlags flags;
-        /** <summary>seed of dropout, used with step</summary> */ public ulong seed;
-        /** <summary>the optimiser's step</summary> */ public uint step;
-        /// <summary>channels per image, checked against the configuration; 0: not checked</summary>
-        public uint channels;
-        /** <summary>in the arrays, checked against the model's; 0: not checked</summary> */ public uint objects;
-        public uint picture_count;
-        /// <summary>images in the caller's layout, instead of <c>images</c>; the planes of an image may come from
-        /// several pictures in turn, such as RGB, then depth: N pictures or a multiple</summary>
-        public splat_image* pictures;
-        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance</summary>
-        public float* images;
-        public ulong images_count;
-        /// <summary>[N,4,4] row vectors: p_world = p_view M; NULL: the identity</summary>
-        public float* view_to_world;
-        public ulong view_to_world_count;
-        /** <summary>[N,4] w x y z of that rotation; NULL with view_to_world</summary> */ public float* quaternions;
-        public ulong quaternions_count;
-        /** <summary>[N,2] pixels; NULL unless the configuration's fov is 0</summary> */ public float* focals;
-        public ulong focals_count;
-        /** <summary>[N,length] of a custom embedding, else NULL</summary> */ public float* embedding;
-        public ulong embedding_count;
-        /** <summary>[N,token_dim,tokens], else NULL</summary> */ public float* tokens;
-        public ulong tokens_count;
-    }
-
-    /// <summary>Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers; 0:
-    /// trusted.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_model_gradients
-    {
-        public uint struct_size;
-        /** <summary>SPLAT_PASS_ bits</summary> */ public PassFlags flags;
-        public float* means;
-        public ulong means_count;
-        public float* opacities;
-        public ulong opacities_count;
-        public float* scales;
-        public ulong scales_count;
-        public float* rotations;
-        public ulong rotations_count;
-        public float* sh;
-        public ulong sh_count;
-    }
-
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_module_desc
-    {
-        public uint struct_size;
-        /** <summary>SPLAT_MODULE_*</summary> */ public ModuleFlags flags;
-        /** <summary>NULL</summary> */ public void* next;
-        /** <summary>a name of splat_op_list, or "residual_block"</summary> */ public byte* type;
-        /** <summary>JSON object; NULL: defaults</summary> */ public byte* attributes;
-        /** <summary>with name, rank, dims</summary> */ public splat_port* ports;
-        public uint port_count;
-        /** <summary>only for residual_block; conv2d has an attribute</summary> */ public Precision precision;
-    }
-
-    /// <summary>A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are finite
-    /// and from 0 to 1, within 1e-3. Depths of these types may have any range: the picture's least becomes 0, its
-    /// greatest 1 (all 0 if they are equal). U8 and files are taken as they are.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_picture_source
-    {
-        /// <summary>PNG, JPEG (turned as its Exif data says) or WebP; NULL: <c>pixels</c></summary>
-        public byte* path;
-        /** <summary>reduced to 8 bits, as files of 16 bits are</summary> */ public splat_image pixels;
-    }
-
-    /// <summary>One view of an object. Frozen.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_picture
-    {
-        public splat_picture_source image;
-        /// <summary>the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs
-        /// from its border's colour, else all</summary>
-        public splat_picture_source mask;
-        /// <summary>where the network takes it; larger is nearer, at any scale</summary>
-        public splat_picture_source depth;
-        /// <summary>where the network takes it; (normal + 1) / 2, camera's axes</summary>
-        public splat_picture_source normal;
-        /** <summary>SPLAT_PICTURE_*</summary> */ public PictureFlags flags;
-        /// <summary>the object's longer side, as a part of the square's; 0: 0.65; 0 with
-        /// SPLAT_PICTURE_WHOLE</summary>
-        public float foreground;
-        /** <summary>pixels of the image; 0: by its Exif data, else not known</summary> */ public double focal;
-        /// <summary>along the camera's axis, where the network takes it; else 0</summary>
-        public double origin_distance;
-        /// <summary>like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole
-        /// pictures; others take none</summary>
-        public fixed double world_to_camera[16];
-        /** <summary>a custom embedding, or NULL</summary> */ public float* embedding;
-        /** <summary>numbers</summary> */ public ulong embedding_count;
-        /** <summary>[token_dim,tokens] where the network takes them, or NULL</summary> */ public float* tokens;
-        /** <summary>numbers</summary> */ public ulong token_count;
-    }
-
-    /// <summary>What became of a picture. Frozen.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_picture_info
-    {
-        /** <summary>width of the picture, pixels</summary> */ public uint width;
-        /** <summary>height of the picture, pixels</summary> */ public uint height;
-        /** <summary>how the object was found</summary> */ public Found found;
-        /** <summary>SPLAT_PICTURE_* warnings</summary> */ public PictureWarningFlags warnings;
-        /// <summary>left, top and side of what was cut out, pixels of the picture</summary>
-        public fixed double square[3];
-        /** <summary>focal length, pixels of the picture; 0: not known</summary> */ public double focal;
-        /** <summary>field of view of the square; 0: not known</summary> */ public double fov_degrees;
-    }
-
-    /// <summary>Where splat_picture_cut writes: squares of <c>resolution</c> pixels. Those without pixels are not
-    /// wanted.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_picture_cut_desc
-    {
-        public uint struct_size;
-        /** <summary>0</summary> */ public uint flags;
-        /** <summary>NULL</summary> */ public void* next;
-        public uint resolution;
-        /** <summary>behind the object, 0 to 1</summary> */ public fixed float background[3];
-        /** <summary>3 channels</summary> */ public splat_image image;
-        /** <summary>1 channel, and so depth</summary> */ public splat_image mask;
-        /** <summary>needs the picture's map; 0 outside of the object</summary> */ public splat_image depth;
-        /// <summary>3 channels; needs the picture's map; 0.5 outside of the object</summary>
-        public splat_image normal;
-    }
-
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_predictor_desc
-    {
-        public uint struct_size;
-        /** <summary>0</summary> */ public uint flags;
-        /** <summary>NULL</summary> */ public void* next;
-        /** <summary>a file, or a name, as of splat_weights_load</summary> */ public byte* weights_path;
-        /// <summary>used instead of reading the file, whose path then only names them; neither: those of
-        /// splat_builtin_weights(NULL)</summary>
-        public IntPtr weights;
-        /// <summary>text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights'
-        /// name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one of
-        /// splat_config_presets that fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by
-        /// the published name of the file, such as model_cars.pth. "published" of splat_weights_report has {"fit":
-        /// [names], "nearest", "differences" (from that, if none fits), "sentence"}</summary>
-        public byte* config;
-        /** <summary>a file of low-rank adapters, which are folded in</summary> */ public byte* adapters_path;
-        /** <summary>adapters in memory; neither: only those among the weights</summary> */ public IntPtr adapters;
-        /// <summary>0: lora_alpha of their metadata, else of the configuration</summary>
-        public double adapters_alpha;
-    }
-
-    /// <summary>What a predictor takes and gives, for what its weights were trained.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_predictor_info
-    {
-        public uint struct_size;
-        /** <summary>pictures of one prediction</summary> */ public uint views;
-        /** <summary>R: the network sees squares of R x R pixels</summary> */ public uint resolution;
-        /** <summary>channels of the network's input</summary> */ public uint channels;
-        /** <summary>1: it takes a depth map</summary> */ public uint depth;
-        /** <summary>1: it takes a normal map</summary> */ public uint normal;
-        /** <summary>1: it takes the object's mask, which is always found</summary> */ public uint mask;
-        /** <summary>1: it takes the distance of the object's origin</summary> */ public uint origin_distance;
-        /** <summary>views * R * R Gaussians; a scene gets the visible ones</summary> */ public ulong gaussians;
-        /** <summary>degree of the spherical harmonics, 0 to 3</summary> */ public uint sh_degree;
-        /** <summary>colour behind the object, 0 to 1</summary> */ public fixed float background[3];
-        /// <summary>across the square; 0: each view has a focal length of its own</summary>
-        public double fov_degrees;
-        /** <summary>data.category, may be empty; lives as long as the predictor</summary> */ public byte* category;
-    }
-
-    /// <summary>Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_prediction
-    {
-        public uint struct_size;
-        public uint camera_capacity;
-        /** <summary>receives those of the views, relative to the first</summary> */ public splat_camera* cameras;
-        /** <summary>receives what became of each picture</summary> */ public splat_picture_info* pictures;
-        public uint picture_capacity;
-        /** <summary>out: all there are</summary> */ public uint camera_count;
-        /** <summary>out; 0 for an object of a data set</summary> */ public uint picture_count;
-        public uint reserved;
-        /** <summary>receives what the network sees, [views,channels,R,R]</summary> */ public float* inputs;
-        /** <summary>numbers</summary> */ public ulong input_capacity;
-        /** <summary>out, as what follows: of the scene</summary> */ public ulong gaussians;
-        /** <summary>left out: numbers of theirs are not finite</summary> */ public ulong not_finite;
-        /** <summary>left out: opacity below 1 / 255, which no image of 8 bits shows</summary> */ public ulong faint;
-        /** <summary>to read and cut out the pictures</summary> */ public double read_ms;
-        /** <summary>to run the network and read its Gaussians</summary> */ public double network_ms;
-    }
-
     /// <summary>What a rasterizer draws, and how.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_rasterizer_desc
@@ -3910,9 +3618,9 @@ namespace Splat.Interop
     /// Gaussians as tensors. The caller activates them; numbers outside the ranges are drawn, too:
     ///   opacities   &lt;= 0: absent, without a gradient; &gt; 1: its product with the falloff ends at 0.99
     ///   scales      the sign has no effect; 0: flat, and wider by what every Gaussian has in the picture,
-    ///               0.3 pixels^2 of variance
-    ///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_GSPLAT
-    ///               normalises them, SPLAT_CONVENTION_3DGS draws another size and shape
+    ///               0.3 pixels^2 of variance (SPLAT_CONVENTION_RAY_MAXIMUM: in the scene, 1e-7 units^2)
+    ///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_3DGS draws another
+    ///               size and shape, the others normalise them
     /// A loop that fits Gaussians keeps logarithms of scales [n,3] and logits of opacities [n]: it runs
     /// the operators "exp" and "sigmoid" of model.h before a forward call, and their backward after it.
     /// </summary>
@@ -4049,6 +3757,154 @@ namespace Splat.Interop
         /** <summary>pixels, both ways; &gt;= 16</summary> */ public uint side;
     }
 
+    /// <summary>A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are finite
+    /// and from 0 to 1, within 1e-3. Depths of these types may have any range: the picture's least becomes 0, its
+    /// greatest 1 (all 0 if they are equal). U8 and files are taken as they are.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_picture_source
+    {
+        /// <summary>PNG, JPEG (turned as its Exif data says) or WebP; NULL: <c>pixels</c></summary>
+        public byte* path;
+        /** <summary>reduced to 8 bits, as files of 16 bits are</summary> */ public splat_image pixels;
+    }
+
+    /// <summary>One view of an object. Frozen.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_picture
+    {
+        public splat_picture_source image;
+        /// <summary>the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs
+        /// from its border's colour, else all</summary>
+        public splat_picture_source mask;
+        /// <summary>where the network takes it; larger is nearer, or as model.head.depth_maps of the configuration
+        /// says, at any scale</summary>
+        public splat_picture_source depth;
+        /// <summary>where the network takes it; (normal + 1) / 2, camera's axes</summary>
+        public splat_picture_source normal;
+        /** <summary>SPLAT_PICTURE_*</summary> */ public PictureFlags flags;
+        /// <summary>the object's longer side, as a part of the square's; 0: 0.65; 0 with
+        /// SPLAT_PICTURE_WHOLE</summary>
+        public float foreground;
+        /** <summary>pixels of the image; 0: by its Exif data, else not known</summary> */ public double focal;
+        /// <summary>along the camera's axis, where the network takes it; else 0</summary>
+        public double origin_distance;
+        /// <summary>like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole
+        /// pictures; others take none</summary>
+        public fixed double world_to_camera[16];
+        /** <summary>a custom embedding, or NULL</summary> */ public float* embedding;
+        /** <summary>numbers</summary> */ public ulong embedding_count;
+        /** <summary>[token_dim,tokens] where the network takes them, or NULL</summary> */ public float* tokens;
+        /** <summary>numbers</summary> */ public ulong token_count;
+    }
+
+    /// <summary>What became of a picture. Frozen.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_picture_info
+    {
+        /** <summary>width of the picture, pixels</summary> */ public uint width;
+        /** <summary>height of the picture, pixels</summary> */ public uint height;
+        /** <summary>how the object was found</summary> */ public Found found;
+        /** <summary>SPLAT_PICTURE_* warnings</summary> */ public PictureWarningFlags warnings;
+        /// <summary>left, top and side of what was cut out, pixels of the picture</summary>
+        public fixed double square[3];
+        /** <summary>focal length, pixels of the picture; 0: not known</summary> */ public double focal;
+        /** <summary>field of view of the square; 0: not known</summary> */ public double fov_degrees;
+    }
+
+    /// <summary>Where splat_picture_cut writes: squares of <c>resolution</c> pixels. Those without pixels are not
+    /// wanted.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_picture_cut_desc
+    {
+        public uint struct_size;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        public uint resolution;
+        /** <summary>behind the object, 0 to 1</summary> */ public fixed float background[3];
+        /** <summary>3 channels</summary> */ public splat_image image;
+        /** <summary>1 channel, and so depth</summary> */ public splat_image mask;
+        /** <summary>needs the picture's map; 0 outside of the object</summary> */ public splat_image depth;
+        /// <summary>3 channels; needs the picture's map; 0.5 outside of the object</summary>
+        public splat_image normal;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_predictor_desc
+    {
+        public uint struct_size;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>a file, or a name, as of splat_weights_load</summary> */ public byte* weights_path;
+        /// <summary>used instead of reading the file, whose path then only names them; neither: those of
+        /// splat_builtin_weights(NULL)</summary>
+        public IntPtr weights;
+        /// <summary>text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights'
+        /// name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one of
+        /// splat_config_presets that fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by
+        /// the published name of the file, such as model_cars.pth. "published" of splat_weights_report has {"fit":
+        /// [names], "nearest", "differences" (from that, if none fits), "sentence"}</summary>
+        public byte* config;
+        /** <summary>a file of low-rank adapters, which are folded in</summary> */ public byte* adapters_path;
+        /** <summary>adapters in memory; neither: only those among the weights</summary> */ public IntPtr adapters;
+        /// <summary>0: lora_alpha of their metadata, else of the configuration</summary>
+        public double adapters_alpha;
+        /// <summary>0, or 2 to 64: each prediction is drawn from so many further views around the object, each of
+        /// these is predicted, too, and all Gaussians are joined; F3D-Gaus has 8. For networks of one picture of
+        /// colours and mask whose head takes depths (model.head f3d)</summary>
+        public uint aggregate;
+        /** <summary>0: SPLAT_CONVENTION_3DGS; how these views are drawn</summary> */ public Convention convention;
+    }
+
+    /// <summary>What a predictor takes and gives, for what its weights were trained.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_predictor_info
+    {
+        public uint struct_size;
+        /** <summary>pictures of one prediction</summary> */ public uint views;
+        /** <summary>R: the network sees squares of R x R pixels</summary> */ public uint resolution;
+        /** <summary>channels of the network's input</summary> */ public uint channels;
+        /** <summary>1: it takes a depth map, for the network or for its head</summary> */ public uint depth;
+        /** <summary>1: it takes a normal map</summary> */ public uint normal;
+        /** <summary>1: it takes the object's mask, which is always found</summary> */ public uint mask;
+        /** <summary>1: it takes the distance of the object's origin</summary> */ public uint origin_distance;
+        /// <summary>views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible
+        /// ones</summary>
+        public ulong gaussians;
+        /** <summary>degree of the spherical harmonics, 0 to 3</summary> */ public uint sh_degree;
+        /** <summary>colour behind the object, 0 to 1</summary> */ public fixed float background[3];
+        /// <summary>across the square; 0: each view has a focal length of its own</summary>
+        public double fov_degrees;
+        /** <summary>data.category, may be empty; lives as long as the predictor</summary> */ public byte* category;
+        /// <summary>1: it takes pictures whole, as if SPLAT_PICTURE_WHOLE were set, over the background only where a
+        /// mask or an alpha is given: its head takes the depth of each pixel, of a map in the proportion of the
+        /// image</summary>
+        public uint whole;
+        /** <summary>0</summary> */ public uint reserved;
+    }
+
+    /// <summary>Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_prediction
+    {
+        public uint struct_size;
+        public uint camera_capacity;
+        /** <summary>receives those of the views, relative to the first</summary> */ public splat_camera* cameras;
+        /** <summary>receives what became of each picture</summary> */ public splat_picture_info* pictures;
+        public uint picture_capacity;
+        /** <summary>out: all there are</summary> */ public uint camera_count;
+        /** <summary>out; 0 for an object of a data set</summary> */ public uint picture_count;
+        public uint reserved;
+        /** <summary>receives what the network sees, [views,channels,R,R]</summary> */ public float* inputs;
+        /** <summary>numbers</summary> */ public ulong input_capacity;
+        /** <summary>out, as what follows: of the scene</summary> */ public ulong gaussians;
+        /** <summary>left out: numbers of theirs are not finite</summary> */ public ulong not_finite;
+        /// <summary>left out: opacity below 1 / 255, which no image of 8 bits shows, or below the configuration's
+        /// model.head.opacity_threshold</summary>
+        public ulong faint;
+        /** <summary>to read and cut out the pictures</summary> */ public double read_ms;
+        /** <summary>to run the network and read its Gaussians</summary> */ public double network_ms;
+    }
+
     /// <summary>The ranks of a run, and how they reach each other. The struct is copied; functions and <c>user</c>
     /// must live until the run is destroyed.</summary>
     [StructLayout(LayoutKind.Sequential)]
@@ -4066,6 +3922,168 @@ namespace Splat.Interop
         /// they are summed by it, and the facts of the run say that it cannot be reproduced</summary>
         public IntPtr sum;
         /** <summary>NULL: errors have the number alone</summary> */ public IntPtr describe;
+    }
+
+    /// <summary>What a tensor of weights is.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_weights_info
+    {
+        public uint struct_size;
+        /** <summary>number of dimensions</summary> */ public uint rank;
+        /** <summary>elements, outermost first; a 0 means none</summary> */ public fixed long dims[8];
+        /** <summary>number of all elements</summary> */ public ulong elements;
+        /** <summary>name of the tensor; lives, like dtype, as long as the weights</summary> */ public byte* name;
+        /** <summary>type in the file: "float32", "int64", ...; read as float32</summary> */ public byte* dtype;
+    }
+
+    /// <summary>A tensor in the caller's memory, row-major. Frozen.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_named_array
+    {
+        public byte* name;
+        public float* values;
+        /** <summary>floats: the product of dims, 1 for rank 0</summary> */ public ulong value_count;
+        /** <summary>outermost first; a 0 means no elements</summary> */ public fixed long dims[8];
+        public uint rank;
+        /** <summary>0</summary> */ public uint reserved;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_op_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_OP_ bits</summary> */ public OpFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>a name of splat_op_list</summary> */ public byte* type;
+        /** <summary>JSON object; NULL = defaults</summary> */ public byte* attributes;
+        public uint input_count;
+        public uint output_count;
+        /** <summary>in the operator's order; an optional one may be NULL</summary> */ public IntPtr* inputs;
+        /** <summary>in the operator's order; an optional one may be NULL</summary> */ public IntPtr* outputs;
+        /// <summary>NULL for an operator without backward; else output_count tensors</summary>
+        public IntPtr* grad_outputs;
+        /// <summary>input_count tensors; gradients of NULL entries are not computed</summary>
+        public IntPtr* grad_inputs;
+    }
+
+    /// <summary>A named tensor of a model or a module. Frozen.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_port
+    {
+        /// <summary>name of the tensor; the library's lives as long as the model or module</summary>
+        public byte* name;
+        /** <summary>number of dimensions</summary> */ public uint rank;
+        /** <summary>SPLAT_PORT_ bits; 0 for a new module</summary> */ public PortFlags flags;
+        /** <summary>elements, outermost first</summary> */ public fixed long dims[8];
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_model_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_MODEL_*</summary> */ public ModelFlags flags;
+        public void* next;
+        /// <summary>text, JSON or YAML with the keys of Splatter Image; NULL: the cars model</summary>
+        public byte* config;
+        /// <summary>objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the
+        /// batch runs in equal slices. A backward pass then repeats the forward pass of all slices but the last, and
+        /// dropout differs from that of an undivided batch</summary>
+        public uint objects;
+        /** <summary>0: SPLAT_PRECISION_BALANCED</summary> */ public Precision precision;
+    }
+
+    /// <summary>What a model was made for, and what its latest pass gave.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_model_info
+    {
+        public uint struct_size;
+        /** <summary>what it was created with, SPLAT_MODEL_ bits</summary> */ public ModelFlags flags;
+        /** <summary>objects per batch</summary> */ public uint objects;
+        /** <summary>input images of an object</summary> */ public uint views;
+        /** <summary>R: images have R x R pixels</summary> */ public uint resolution;
+        /** <summary>channels of the images that a pass takes</summary> */ public uint channels;
+        /// <summary>channels of "images": no plane of origin distances, nor of depths in scene units</summary>
+        public uint image_channels;
+        /** <summary>channels of "raw"</summary> */ public uint output_channels;
+        /** <summary>M: Gaussians of an object</summary> */ public uint gaussians;
+        /** <summary>degree of the spherical harmonics; K = (sh_degree + 1)^2</summary> */ public uint sh_degree;
+        /** <summary>length of a custom embedding; 0: none</summary> */ public uint embedding_length;
+        /** <summary>numbers of a token; 0: none</summary> */ public uint token_dim;
+        /** <summary>tokens of an image; 0: none</summary> */ public uint tokens;
+        /** <summary>passes of a batch</summary> */ public uint slices;
+        /** <summary>field of view, degrees; 0: each image has its focal lengths</summary> */ public float fov;
+        public uint reserved;
+        /** <summary>numbers of all parameters</summary> */ public ulong parameters;
+        /** <summary>numbers of parameters that a training changes</summary> */ public ulong trainable;
+        /// <summary>Gaussians of the latest pass, over all objects; 0 before the first</summary>
+        public ulong predicted;
+        /// <summary>numbers of "raw" and of their attributes that are NaN or infinite</summary>
+        public ulong non_finite;
+        /** <summary>Gaussians of an opacity below 1/255, which no pixel shows</summary> */ public ulong faint;
+    }
+
+    /// <summary>Counts are of numbers in the array beside them; 0: trusted.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_model_input
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_PASS_ bits</summary> */ public PassFlags flags;
+        /** <summary>seed of dropout, used with step</summary> */ public ulong seed;
+        /** <summary>the optimiser's step</summary> */ public uint step;
+        /// <summary>channels per image, checked against the configuration; 0: not checked</summary>
+        public uint channels;
+        /** <summary>in the arrays, checked against the model's; 0: not checked</summary> */ public uint objects;
+        public uint picture_count;
+        /// <summary>images in the caller's layout, instead of <c>images</c>; the planes of an image may come from
+        /// several pictures in turn, such as RGB, then depth: N pictures or a multiple</summary>
+        public splat_image* pictures;
+        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance, or depth in scene units for
+        /// the head (model.head.positions)</summary>
+        public float* images;
+        public ulong images_count;
+        /// <summary>[N,4,4] row vectors: p_world = p_view M; NULL: the identity</summary>
+        public float* view_to_world;
+        public ulong view_to_world_count;
+        /** <summary>[N,4] w x y z of that rotation; NULL with view_to_world</summary> */ public float* quaternions;
+        public ulong quaternions_count;
+        /** <summary>[N,2] pixels; NULL unless the configuration's fov is 0</summary> */ public float* focals;
+        public ulong focals_count;
+        /** <summary>[N,length] of a custom embedding, else NULL</summary> */ public float* embedding;
+        public ulong embedding_count;
+        /** <summary>[N,token_dim,tokens], else NULL</summary> */ public float* tokens;
+        public ulong tokens_count;
+    }
+
+    /// <summary>Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers; 0:
+    /// trusted.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_model_gradients
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_PASS_ bits</summary> */ public PassFlags flags;
+        public float* means;
+        public ulong means_count;
+        public float* opacities;
+        public ulong opacities_count;
+        public float* scales;
+        public ulong scales_count;
+        public float* rotations;
+        public ulong rotations_count;
+        public float* sh;
+        public ulong sh_count;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_module_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_MODULE_*</summary> */ public ModuleFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>a name of splat_op_list, or "residual_block"</summary> */ public byte* type;
+        /** <summary>JSON object; NULL: defaults</summary> */ public byte* attributes;
+        /** <summary>with name, rank, dims</summary> */ public splat_port* ports;
+        public uint port_count;
+        /** <summary>only for residual_block; conv2d has an attribute</summary> */ public Precision precision;
     }
 
     /// <summary>A number by its name. Frozen.</summary>
@@ -4847,6 +4865,54 @@ namespace Splat.Interop
                 "struct_size:0:4 flags:4:4 next:8:8 width:16:4 height:20:4"),
             new NativeLayout(typeof(splat_camera_bytes), 40, false,
                 "struct_size:0:4 reserved:4:4 cameras:8:8 camera_bytes:16:8 images:24:8 image_bytes:32:8"),
+            new NativeLayout(typeof(splat_rasterizer_desc), 56, false,
+                "struct_size:0:4 flags:4:4 next:8:8 gaussians:16:4 views:20:4 width:24:4 height:28:4 " +
+                "sh_degree:32:4 disabled_skips:36:4 convention:40:4 near_plane:44:4 far_plane:48:4 items:52:4"),
+            new NativeLayout(typeof(splat_gaussians_desc), 104, false,
+                "struct_size:0:4 flags:4:4 next:8:8 means:16:8 scales:24:8 rotations:32:8 opacities:40:8 sh:48:8 " +
+                "colors:56:8 active_tiles:64:8 active_tile_count:72:8 view_ranges:80:8 view_range_count:88:8 " +
+                "scene:96:8"),
+            new NativeLayout(typeof(splat_gradients_desc), 128, false,
+                "struct_size:0:4 flags:4:4 next:8:8 grad_rgb:16:8 grad_alpha:24:8 grad_depth:32:8 grad_means:40:8 " +
+                "grad_scales:48:8 grad_rotations:56:8 grad_opacities:64:8 grad_sh:72:8 grad_colors:80:8 " +
+                "grad_means2d:88:8 grad_means2d_abs:96:8 grad_world_to_camera:104:8 grad_intrinsics:112:8 " +
+                "contributions:120:8"),
+            new NativeLayout(typeof(splat_rasterizer_info), 88, false,
+                "struct_size:0:4 passes:4:4 visible:8:8 pairs:16:8 longest:24:8 tiles:32:8 empty_tiles:40:8 " +
+                "bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 items:68:4 culled:72:8 non_finite:80:8"),
+            new NativeLayout(typeof(splat_scene_render_desc), 40, false,
+                "struct_size:0:4 flags:4:4 next:8:8 output:16:4 convention:20:4 background:24:12 as_given:36:4"),
+            new NativeLayout(typeof(splat_image_info), 16, false,
+                "struct_size:0:4 bits:4:4 focal:8:8"),
+            new NativeLayout(typeof(splat_image_scores), 32, false,
+                "struct_size:0:4 reserved:4:4 squared_error:8:8 psnr:16:8 ssim:24:8"),
+            new NativeLayout(typeof(splat_lpips_desc), 32, false,
+                "struct_size:0:4 flags:4:4 next:8:8 weights:16:8 weight_count:24:4 side:28:4"),
+            new NativeLayout(typeof(splat_picture_source), 64, true,
+                "path:0:8 pixels:8:56"),
+            new NativeLayout(typeof(splat_picture), 440, true,
+                "image:0:64 mask:64:64 depth:128:64 normal:192:64 flags:256:4 foreground:260:4 focal:264:8 " +
+                "origin_distance:272:8 world_to_camera:280:128 embedding:408:8 embedding_count:416:8 tokens:424:8 " +
+                "token_count:432:8"),
+            new NativeLayout(typeof(splat_picture_info), 56, true,
+                "width:0:4 height:4:4 found:8:4 warnings:12:4 square:16:24 focal:40:8 fov_degrees:48:8"),
+            new NativeLayout(typeof(splat_picture_cut_desc), 256, false,
+                "struct_size:0:4 flags:4:4 next:8:8 resolution:16:4 background:20:12 image:32:56 mask:88:56 " +
+                "depth:144:56 normal:200:56"),
+            new NativeLayout(typeof(splat_predictor_desc), 72, false,
+                "struct_size:0:4 flags:4:4 next:8:8 weights_path:16:8 weights:24:8 config:32:8 adapters_path:40:8 " +
+                "adapters:48:8 adapters_alpha:56:8 aggregate:64:4 convention:68:4"),
+            new NativeLayout(typeof(splat_predictor_info), 80, false,
+                "struct_size:0:4 views:4:4 resolution:8:4 channels:12:4 depth:16:4 normal:20:4 mask:24:4 " +
+                "origin_distance:28:4 gaussians:32:8 sh_degree:40:4 background:44:12 fov_degrees:56:8 " +
+                "category:64:8 whole:72:4 reserved:76:4"),
+            new NativeLayout(typeof(splat_prediction), 96, false,
+                "struct_size:0:4 camera_capacity:4:4 cameras:8:8 pictures:16:8 picture_capacity:24:4 " +
+                "camera_count:28:4 picture_count:32:4 reserved:36:4 inputs:40:8 input_capacity:48:8 " +
+                "gaussians:56:8 not_finite:64:8 faint:72:8 read_ms:80:8 network_ms:88:8"),
+            new NativeLayout(typeof(splat_group), 64, false,
+                "struct_size:0:4 rank:4:4 count:8:4 reserved:12:4 user:16:8 send_receive:24:8 broadcast:32:8 " +
+                "barrier:40:8 sum:48:8 describe:56:8"),
             new NativeLayout(typeof(splat_weights_info), 96, false,
                 "struct_size:0:4 rank:4:4 dims:8:64 elements:72:8 name:80:8 dtype:88:8"),
             new NativeLayout(typeof(splat_named_array), 96, true,
@@ -4874,54 +4940,6 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_module_desc), 48, false,
                 "struct_size:0:4 flags:4:4 next:8:8 type:16:8 attributes:24:8 ports:32:8 port_count:40:4 " +
                 "precision:44:4"),
-            new NativeLayout(typeof(splat_picture_source), 64, true,
-                "path:0:8 pixels:8:56"),
-            new NativeLayout(typeof(splat_picture), 440, true,
-                "image:0:64 mask:64:64 depth:128:64 normal:192:64 flags:256:4 foreground:260:4 focal:264:8 " +
-                "origin_distance:272:8 world_to_camera:280:128 embedding:408:8 embedding_count:416:8 tokens:424:8 " +
-                "token_count:432:8"),
-            new NativeLayout(typeof(splat_picture_info), 56, true,
-                "width:0:4 height:4:4 found:8:4 warnings:12:4 square:16:24 focal:40:8 fov_degrees:48:8"),
-            new NativeLayout(typeof(splat_picture_cut_desc), 256, false,
-                "struct_size:0:4 flags:4:4 next:8:8 resolution:16:4 background:20:12 image:32:56 mask:88:56 " +
-                "depth:144:56 normal:200:56"),
-            new NativeLayout(typeof(splat_predictor_desc), 64, false,
-                "struct_size:0:4 flags:4:4 next:8:8 weights_path:16:8 weights:24:8 config:32:8 adapters_path:40:8 " +
-                "adapters:48:8 adapters_alpha:56:8"),
-            new NativeLayout(typeof(splat_predictor_info), 72, false,
-                "struct_size:0:4 views:4:4 resolution:8:4 channels:12:4 depth:16:4 normal:20:4 mask:24:4 " +
-                "origin_distance:28:4 gaussians:32:8 sh_degree:40:4 background:44:12 fov_degrees:56:8 " +
-                "category:64:8"),
-            new NativeLayout(typeof(splat_prediction), 96, false,
-                "struct_size:0:4 camera_capacity:4:4 cameras:8:8 pictures:16:8 picture_capacity:24:4 " +
-                "camera_count:28:4 picture_count:32:4 reserved:36:4 inputs:40:8 input_capacity:48:8 " +
-                "gaussians:56:8 not_finite:64:8 faint:72:8 read_ms:80:8 network_ms:88:8"),
-            new NativeLayout(typeof(splat_rasterizer_desc), 56, false,
-                "struct_size:0:4 flags:4:4 next:8:8 gaussians:16:4 views:20:4 width:24:4 height:28:4 " +
-                "sh_degree:32:4 disabled_skips:36:4 convention:40:4 near_plane:44:4 far_plane:48:4 items:52:4"),
-            new NativeLayout(typeof(splat_gaussians_desc), 104, false,
-                "struct_size:0:4 flags:4:4 next:8:8 means:16:8 scales:24:8 rotations:32:8 opacities:40:8 sh:48:8 " +
-                "colors:56:8 active_tiles:64:8 active_tile_count:72:8 view_ranges:80:8 view_range_count:88:8 " +
-                "scene:96:8"),
-            new NativeLayout(typeof(splat_gradients_desc), 128, false,
-                "struct_size:0:4 flags:4:4 next:8:8 grad_rgb:16:8 grad_alpha:24:8 grad_depth:32:8 grad_means:40:8 " +
-                "grad_scales:48:8 grad_rotations:56:8 grad_opacities:64:8 grad_sh:72:8 grad_colors:80:8 " +
-                "grad_means2d:88:8 grad_means2d_abs:96:8 grad_world_to_camera:104:8 grad_intrinsics:112:8 " +
-                "contributions:120:8"),
-            new NativeLayout(typeof(splat_rasterizer_info), 88, false,
-                "struct_size:0:4 passes:4:4 visible:8:8 pairs:16:8 longest:24:8 tiles:32:8 empty_tiles:40:8 " +
-                "bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 items:68:4 culled:72:8 non_finite:80:8"),
-            new NativeLayout(typeof(splat_scene_render_desc), 40, false,
-                "struct_size:0:4 flags:4:4 next:8:8 output:16:4 convention:20:4 background:24:12 as_given:36:4"),
-            new NativeLayout(typeof(splat_image_info), 16, false,
-                "struct_size:0:4 bits:4:4 focal:8:8"),
-            new NativeLayout(typeof(splat_image_scores), 32, false,
-                "struct_size:0:4 reserved:4:4 squared_error:8:8 psnr:16:8 ssim:24:8"),
-            new NativeLayout(typeof(splat_lpips_desc), 32, false,
-                "struct_size:0:4 flags:4:4 next:8:8 weights:16:8 weight_count:24:4 side:28:4"),
-            new NativeLayout(typeof(splat_group), 64, false,
-                "struct_size:0:4 rank:4:4 count:8:4 reserved:12:4 user:16:8 send_receive:24:8 broadcast:32:8 " +
-                "barrier:40:8 sum:48:8 describe:56:8"),
             new NativeLayout(typeof(splat_number), 16, true,
                 "name:0:8 value:8:8"),
             new NativeLayout(typeof(splat_run_event), 160, false,

@@ -48,7 +48,7 @@ namespace Splat
         public PictureSource? Image { get; set; }
         /// <summary>Object mask; null: found by alpha or by the colour of the border.</summary>
         public PictureSource? Mask { get; set; }
-        /// <summary>Where the network takes it; larger is nearer.</summary>
+        /// <summary>Where the network takes it; larger is nearer, or as model.head.depth_maps says.</summary>
         public PictureSource? Depth { get; set; }
         /// <summary>Where the network takes it; (normal + 1) / 2.</summary>
         public PictureSource? Normal { get; set; }
@@ -136,6 +136,10 @@ namespace Splat
         public Weights? Adapters { get; set; }
         /// <summary>0: of their metadata, else of the configuration.</summary>
         public double AdaptersAlpha { get; set; }
+        /// <summary>0, or 2 to 64: predictions from so many drawn views are joined, as those of F3D-Gaus from 8.</summary>
+        public uint Aggregate { get; set; }
+        /// <summary>How these views are drawn.</summary>
+        public Convention Convention { get; set; }
     }
 
     /// <summary>A scene, and what became of the pictures.</summary>
@@ -202,6 +206,8 @@ namespace Splat
                     adapters_path = arena.Optional(options.AdaptersPath, nameof(options.AdaptersPath)),
                     adapters = arena.Hold(options.Adapters),
                     adapters_alpha = options.AdaptersAlpha,
+                    aggregate = options.Aggregate,
+                    convention = options.Convention,
                 };
                 IntPtr handle;
                 Check.Ok(Native.splat_predictor_create(device.Handle, &desc, &handle));

@@ -284,7 +284,7 @@ namespace Splat
             {
                 case Output.Rgb: case Output.Normals: return 3 * pixels;
                 case Output.Alpha: case Output.Depth: case Output.ExpectedDepth:
-                case Output.Contributors: case Output.Ids: return pixels;
+                case Output.Contributors: case Output.Ids: case Output.MedianDepth: return pixels;
                 case Output.Means2d: case Output.Radii: return 2 * pairs;
                 case Output.Conics: return 3 * pairs;
                 case Output.Depths: case Output.Visibility: return pairs;

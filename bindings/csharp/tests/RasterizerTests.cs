@@ -13,7 +13,8 @@ namespace Splat.Tests
             using (Scene scene = Shared.ThreeGaussians())
             using (Rasterizer rasterizer = Shared.SmallRasterizer(
                        Shared.Device,
-                       RasterizerFlags.Depth | RasterizerFlags.Normals | RasterizerFlags.Ids))
+                       RasterizerFlags.Depth | RasterizerFlags.Normals | RasterizerFlags.Ids |
+                       RasterizerFlags.MedianDepth))
             {
                 Camera[] cameras = Shared.SmallCameras(scene, 2);
                 rasterizer.Forward(scene, cameras, White);

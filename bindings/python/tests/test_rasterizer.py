@@ -10,7 +10,7 @@ OUTPUTS: Dict[Any, Tuple[int, ...]] = {
     "rgb": (2, 32, 48, 3), "alpha": (2, 32, 48), "depth": (2, 32, 48),
     "expected_depth": (2, 32, 48), "contributors": (2, 32, 48), "normals": (2, 32, 48, 3),
     "means2d": (2, 50, 2), "radii": (2, 50, 2), "conics": (2, 50, 3), "depths": (2, 50),
-    "visibility": (2, 50), "ids": (2, 32, 48)}
+    "visibility": (2, 50), "ids": (2, 32, 48), "median_depth": (2, 32, 48)}
 
 
 class Drawing(Case):
@@ -20,7 +20,7 @@ class Drawing(Case):
         return splat.Rasterizer(self.device, 50, 48, 32, views=2, **options)  # type: ignore
 
     def test_all_outputs(self) -> None:
-        rasterizer = self.make(depth=True, normals=True, ids=True)
+        rasterizer = self.make(depth=True, normals=True, ids=True, median_depth=True)
         rasterizer.forward(scene(), cameras(2), (1, 0.5, 0))
         for name, shape in OUTPUTS.items():
             array = rasterizer.read(name)
@@ -30,6 +30,14 @@ class Drawing(Case):
         self.assertEqual(rasterizer.info().views, 2)
         tensor = splat.Tensor.zeros(self.device, (2, 32, 48))
         self.assertIs(rasterizer.output(splat.Output.ALPHA, into=tensor), tensor)
+
+    def test_the_maximum_along_rays(self) -> None:
+        rasterizer = self.make(convention="ray_maximum", median_depth=True)
+        rasterizer.forward(scene(), cameras(2))
+        median = rasterizer.read("median_depth")
+        np.testing.assert_array_equal(median > 0, rasterizer.read("alpha") > 0)
+        self.refused(splat.InvalidState, "ray_maximum", rasterizer.read, "conics")
+        self.refused(splat.InvalidArgument, "without gradients", self.make, convention="ray_maximum", backward=True)
 
     def test_messages_name_what_python_has(self) -> None:
         rasterizer = self.make()

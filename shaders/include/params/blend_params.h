@@ -24,6 +24,8 @@ SPLAT_SPEC_ID kBlendContributionsId = 19u;  // backward: also sum the weights an
 SPLAT_SPEC_ID kBlendPartsId = 20u;          // both passes: a part of each long list, see walks()
 SPLAT_SPEC_ID kBlendMaxSubgroupsId = 21u;   // backward, gpu: most subgroups of a workgroup
 SPLAT_SPEC_ID kBlendCutId = 22u;            // both passes: a Gaussian ends at 3 sigma
+SPLAT_SPEC_ID kBlendMedianId = 23u;         // forward: write the median depth
+SPLAT_SPEC_ID kBlendRaysId = 24u;           // forward: opacity at the maximum along the ray
 
 struct BlendParams {
     uint width;
@@ -38,6 +40,8 @@ struct BlendParams {
     uint gaussians;         // per view
     uint part_begin;        // entries before the part, see walks(); 0 without kBlendPartsId
     uint part_entries;      // lists of more are walked in parts
+    uint rays;              // kRays: first vec4 of the ray forms behind the splats
+    float near_plane;       // kRays: a pixel sees no maximum before it
 };
 
 #ifdef __cplusplus

@@ -32,6 +32,7 @@ SPLAT_FLAG kFlagTileMask = 256u;        // tiles may be off
 SPLAT_FLAG kFlagRanges = 512u;          // views see ranges of the Gaussians
 SPLAT_FLAG kFlagSortByDistance = 1024u;  // blended by the distance to the camera, not by depth
 SPLAT_FLAG kFlagCut3Sigma = 2048u;       // a Gaussian ends at 3 sigma
+SPLAT_FLAG kFlagRayMaximum = 4096u;      // convention ray_maximum, with kFlagGsplat for what both have
 
 // Words of a view's row of the table of ranges.
 SPLAT_FLAG kRangeFirst = 0u;   // first Gaussian that it sees
@@ -63,6 +64,7 @@ struct ProjectParams {
     uint begins;
     uint pose;
     uint record_quads;
+    uint rays;   // kFlagRayMaximum: first vec4 of the ray forms behind the splats
     uint layer;  // backward with kFlagRanges: of this dispatch; those after the first add to the set's gradients
 };
 

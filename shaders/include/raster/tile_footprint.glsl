@@ -4,7 +4,7 @@
 // |L^T q|^2 = (l11 qx + l21 qy)^2 + (l22 qy)^2. A pixel sees the Gaussian only within the ellipse
 // |L^T q|^2 <= log2(255 opacity) =: reach, with kFlagCut3Sigma at most kCutReach. Per row of tiles the
 // ellipse's exact interval of columns: Hanson et al. 2024, Speedy-Splat (SnugBox and AccuTile), here for rows
-// of pixel centres.
+// of pixel centres. With kFlagRayMaximum a box of pixels is given instead (ray_form.glsl).
 
 #ifndef SPLAT_TILE_FOOTPRINT_GLSL
 #define SPLAT_TILE_FOOTPRINT_GLSL
@@ -54,7 +54,7 @@ float opacity_reach(float opacity, uint flags) {
     return ((flags & kFlagCut3Sigma) != 0 ? min(reach, kCutReach) : reach) + kReachMargin;
 }
 
-// a: mean, opacity, depth; b: l11, l21, l22, reach; half_size: of the 3dgs square (gsplat: unread).
+// a: mean, opacity, depth; b: l11, l21, l22, reach, or the box; half_size: of the 3dgs square (gsplat: unread).
 Footprint tile_footprint(vec4 a, vec4 b, float half_size, uint flags, ivec2 size, ivec2 rows) {
     Footprint f;
     f.mean = a.xy;
@@ -62,15 +62,23 @@ Footprint tile_footprint(vec4 a, vec4 b, float half_size, uint flags, ivec2 size
     f.l21 = b.y;
     f.l22 = b.z;
     f.exact = (flags & kFlagExactTiles) != 0;
-    const bool by_opacity = (flags & kFlagOpacityExtent) != 0;
-    f.reach = by_opacity || f.exact ? b.w : kReachMax + kReachMargin;
     const ivec2 low = ivec2(0, rows.x);
     const ivec2 high = ivec2((size.x + 15) >> 4, rows.y);
-    precise float root = sqrt(max(f.reach, 0.0));
-    precise vec2 extent = vec2(root * length(b.yz) / (b.x * b.z), root / b.z);
     const vec2 corner = vec2(size) - 0.5;
     ivec2 end = high;
     ivec2 begin = low;
+    if ((flags & kFlagRayMaximum) != 0) {
+        const vec2 last = min(b.zw, corner);
+        const bool between = any(greaterThan(ceil(b.xy - 0.5), floor(last - 0.5)));
+        begin = clamped_tiles(b.xy, last, low, high, end);
+        f.rect = ivec4(begin, f.exact && between ? begin : end);
+        f.exact = false;
+        return f;
+    }
+    const bool by_opacity = (flags & kFlagOpacityExtent) != 0;
+    f.reach = by_opacity || f.exact ? b.w : kReachMax + kReachMargin;
+    precise float root = sqrt(max(f.reach, 0.0));
+    precise vec2 extent = vec2(root * length(b.yz) / (b.x * b.z), root / b.z);
     if (by_opacity || (flags & kFlagGsplat) != 0)
         begin = clamped_tiles(f.mean - extent, min(f.mean + extent, corner), low, high, end);
     if ((flags & kFlagGsplat) == 0) {

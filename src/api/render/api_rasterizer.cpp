@@ -390,7 +390,7 @@ splat_result splat_rasterizer_create(splat_device device, const splat_rasterizer
                                      splat_rasterizer* rasterizer) {
     return api::create(rasterizer, [&]() -> Result<RasterizerPointer> {
         SPLAT_ASSIGN(const auto owner, api::find(device));
-        constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_LINEAR_COLORS - 1;
+        constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_MEDIAN_DEPTH - 1;
         SPLAT_TRY(api::check_desc(desc, kKnown));
         return api::make_rasterizer(*owner, *desc);
     });

@@ -5,11 +5,29 @@ using namespace splat;
 
 namespace {
 
+/// Flags of a rasterizer that computes gradients.
+constexpr std::uint32_t kGradients =
+    SPLAT_RASTERIZER_BACKWARD | SPLAT_RASTERIZER_GRAD_DEPTH | SPLAT_RASTERIZER_GRAD_POSE |
+    SPLAT_RASTERIZER_GRAD_MEANS2D | SPLAT_RASTERIZER_GRAD_INTRINSICS |
+    SPLAT_RASTERIZER_CONTRIBUTIONS | SPLAT_RASTERIZER_ORIGINAL_GRADIENT;
+
 Status check_raster_flags(const splat_rasterizer_desc& desc) {
     const auto is_set = [&](std::uint32_t bit) { return (desc.flags & bit) != 0; };
-    if (desc.convention < 0 || desc.convention > SPLAT_CONVENTION_GSPLAT)
+    if (desc.convention < 0 || desc.convention > SPLAT_CONVENTION_RAY_MAXIMUM)
         return invalid("splat_rasterizer_desc.convention is %d, expected 0 to %d", desc.convention,
-                       SPLAT_CONVENTION_GSPLAT);
+                       SPLAT_CONVENTION_RAY_MAXIMUM);
+    if (desc.convention == SPLAT_CONVENTION_RAY_MAXIMUM) {
+        if ((desc.flags & kGradients) != 0)
+            return invalid(
+                "splat_rasterizer_desc.flags: SPLAT_CONVENTION_RAY_MAXIMUM draws without "
+                "gradients; train and fit "
+                "with SPLAT_CONVENTION_3DGS or SPLAT_CONVENTION_GSPLAT");
+        if (is_set(SPLAT_RASTERIZER_ANTIALIASED))
+            return invalid(
+                "splat_rasterizer_desc.flags: SPLAT_RASTERIZER_ANTIALIASED compensates for a "
+                "dilation, which "
+                "SPLAT_CONVENTION_RAY_MAXIMUM does not have");
+    }
     const bool gsplat = desc.convention == SPLAT_CONVENTION_GSPLAT;
     for (const auto& [bit, name] : {std::pair(SPLAT_RASTERIZER_GRAD_POSE, "POSE"),
                                     std::pair(SPLAT_RASTERIZER_GRAD_INTRINSICS, "INTRINSICS")})
@@ -44,7 +62,10 @@ Result<raster::RasterDesc> api::raster_desc_of(const splat_rasterizer_desc& from
     desc.views = from.views == 0 ? 1 : from.views;
     desc.direct_colors = is_set(SPLAT_RASTERIZER_DIRECT_COLORS);
     const bool gsplat = from.convention == SPLAT_CONVENTION_GSPLAT;
-    desc.convention = gsplat ? raster::Convention::kGsplat : raster::Convention::k3dgs;
+    desc.convention = gsplat ? raster::Convention::kGsplat
+                      : from.convention == SPLAT_CONVENTION_RAY_MAXIMUM
+                          ? raster::Convention::kRayMaximum
+                          : raster::Convention::k3dgs;
     desc.antialiased = is_set(SPLAT_RASTERIZER_ANTIALIASED);
     desc.sort_by_distance = is_set(SPLAT_RASTERIZER_SORT_BY_DISTANCE);
     desc.cut_3_sigma = is_set(SPLAT_RASTERIZER_CUT_3_SIGMA);
@@ -53,6 +74,7 @@ Result<raster::RasterDesc> api::raster_desc_of(const splat_rasterizer_desc& from
     if (from.far_plane != 0) desc.far_plane = from.far_plane;
     if (from.items != 0) desc.most_items = from.items;
     desc.extra = is_set(SPLAT_RASTERIZER_DEPTH) || is_set(SPLAT_RASTERIZER_IDS);
+    desc.median = is_set(SPLAT_RASTERIZER_MEDIAN_DEPTH);
     desc.normals = is_set(SPLAT_RASTERIZER_NORMALS);
     desc.original_gradient = is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT);
     desc.grad_depth = is_set(SPLAT_RASTERIZER_GRAD_DEPTH);

@@ -16,7 +16,8 @@ struct OutputRow {
     const char* name;
     vk::Buffer Workspace::*buffer;  ///< null: the host computes it from others
     bool per_pixel;
-    std::uint32_t flag;  ///< SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS if required, else 0
+    std::uint32_t
+        flag;  ///< SPLAT_RASTERIZER_DEPTH, _NORMALS, _IDS or _MEDIAN_DEPTH if required, else 0
     std::uint32_t channels;
     ops::Stride layout;
 };
@@ -34,16 +35,17 @@ constexpr OutputRow kOutputs[] = {
     {"visibility", nullptr, false, 0, 1, {}},
     {"normals", &Workspace::normal_image, true, SPLAT_RASTERIZER_NORMALS, 3, {4, 0}},
     {"ids", &Workspace::extra, true, SPLAT_RASTERIZER_IDS, 1, {4, 3}},
+    {"median_depth", &Workspace::median, true, SPLAT_RASTERIZER_MEDIAN_DEPTH, 1, {1, 0}},
 };
-static_assert(std::size(kOutputs) == SPLAT_OUTPUT_IDS);
+static_assert(std::size(kOutputs) == SPLAT_OUTPUT_MEDIAN_DEPTH);
 
 Status not_made_for(const OutputRow& row, const char* flag) {
     return bad_state("output '%s' needs a rasterizer made with %s", row.name, flag);
 }
 
 Result<const OutputRow*> find_output(const raster::RasterDesc& desc, splat_output output) {
-    if (output < 1 || output > SPLAT_OUTPUT_IDS)
-        return invalid("output is %d, expected 1 to %d", output, SPLAT_OUTPUT_IDS);
+    if (output < 1 || output > SPLAT_OUTPUT_MEDIAN_DEPTH)
+        return invalid("output is %d, expected 1 to %d", output, SPLAT_OUTPUT_MEDIAN_DEPTH);
     const OutputRow& row = kOutputs[output - 1];
     if (row.flag == SPLAT_RASTERIZER_DEPTH && !desc.extra)
         return not_made_for(row, "SPLAT_RASTERIZER_DEPTH");
@@ -51,6 +53,12 @@ Result<const OutputRow*> find_output(const raster::RasterDesc& desc, splat_outpu
         return not_made_for(row, "SPLAT_RASTERIZER_NORMALS");
     if (row.flag == SPLAT_RASTERIZER_IDS && !desc.ids)
         return not_made_for(row, "SPLAT_RASTERIZER_IDS");
+    if (row.flag == SPLAT_RASTERIZER_MEDIAN_DEPTH && !desc.median)
+        return not_made_for(row, "SPLAT_RASTERIZER_MEDIAN_DEPTH");
+    if (output == SPLAT_OUTPUT_CONICS && desc.rays())
+        return bad_state(
+            "output 'conics' needs a convention that projects Gaussians to ellipses, not "
+            "SPLAT_CONVENTION_RAY_MAXIMUM");
     return &row;
 }
 
@@ -169,7 +177,7 @@ Status api::fill_images(const RasterStateObject& object, splat_output output, st
                         std::span<const ImageView> images) {
     SPLAT_ASSIGN(const OutputRow* row, find_output(object.rasterizer->desc(), output));
     const raster::RasterDesc& drawn = object.rasterizer->drawn_desc();
-    const std::uint64_t floats = std::uint64_t{4} * drawn.width * drawn.height;
+    const std::uint64_t floats = std::uint64_t{row->layout.stride} * drawn.width * drawn.height;
     const vk::BufferView& all = (object.rasterizer->workspace().*row->buffer).range();
     std::vector<float> copy;
     SPLAT_ASSIGN(const float* from,

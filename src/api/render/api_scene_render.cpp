@@ -40,6 +40,7 @@ splat_rasterizer_desc rasterizer_of(api::SceneObject& scene, const splat_scene_r
     if (desc.output >= SPLAT_OUTPUT_DEPTH && desc.output <= SPLAT_OUTPUT_CONTRIBUTORS)
         made.flags |= SPLAT_RASTERIZER_DEPTH;
     if (desc.output == SPLAT_OUTPUT_IDS) made.flags |= SPLAT_RASTERIZER_IDS;
+    if (desc.output == SPLAT_OUTPUT_MEDIAN_DEPTH) made.flags |= SPLAT_RASTERIZER_MEDIAN_DEPTH;
     if (desc.output == SPLAT_OUTPUT_NORMALS) made.flags |= SPLAT_RASTERIZER_NORMALS;
     return made;
 }

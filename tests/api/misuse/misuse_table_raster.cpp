@@ -64,7 +64,7 @@ void MisuseTable::rasterizer_rows() {
     invalid("too many views", kUnsupported, [](auto& d) { d.views = UINT32_MAX; });
     invalid("a degree too high", kArgument, [](auto& d) { d.sh_degree = 4; });
     invalid("unknown skips", kArgument, [](auto& d) { d.disabled_skips = 64; });
-    invalid("an unknown convention", kArgument, [](auto& d) { d.convention = 3; });
+    invalid("an unknown convention", kArgument, [](auto& d) { d.convention = 4; });
     invalid("a negative convention", kArgument, [](auto& d) { d.convention = -1; });
     invalid("a negative near plane", kArgument, [](auto& d) { d.near_plane = -1; });
     invalid("a near plane that is NaN", kArgument, [](auto& d) { d.near_plane = NAN; });
@@ -75,6 +75,14 @@ void MisuseTable::rasterizer_rows() {
     invalid("the original gradient in gsplat", kArgument, [](auto& d) {
         d.flags = SPLAT_RASTERIZER_ORIGINAL_GRADIENT;
         d.convention = SPLAT_CONVENTION_GSPLAT;
+    });
+    invalid("gradients in ray_maximum", kArgument, [](auto& d) {
+        d.flags = SPLAT_RASTERIZER_BACKWARD;
+        d.convention = SPLAT_CONVENTION_RAY_MAXIMUM;
+    });
+    invalid("antialiased in ray_maximum", kArgument, [](auto& d) {
+        d.flags = SPLAT_RASTERIZER_ANTIALIASED;
+        d.convention = SPLAT_CONVENTION_RAY_MAXIMUM;
     });
     invalid("bands of direct colours", kArgument,
             [](auto& d) { d.flags = SPLAT_RASTERIZER_DIRECT_COLORS; });
@@ -144,18 +152,18 @@ void MisuseTable::raster_output_rows() {
     states(images);
     states(SPLAT_WRONG(splat_rasterizer_backward));
     states(SPLAT_WRONG(splat_rasterizer_get_info));
-    output.each("output", "none", kArgument, INT32_MIN, -1, 0, 13, INT32_MAX)
+    output.each("output", "none", kArgument, INT32_MIN, -1, 0, 14, INT32_MAX)
         .given("rasterizer", drawn_)
         .given("output", SPLAT_OUTPUT_RGB)
         .as_is("tensor", "of another shape", kShape);
-    read.each("output", "none", kArgument, INT32_MIN, -1, 0, 13, INT32_MAX)
+    read.each("output", "none", kArgument, INT32_MIN, -1, 0, 14, INT32_MAX)
         .each("bytes", "too few", kArgument, 11)
         .given("rasterizer", rasterizer_)
         .as_is("rasterizer", "before a forward call", kState);
     SPLAT_WRONG(splat_rasterizer_backward)
         .given("state", nullptr)
         .as_is("gradients", "before a forward call", kState);
-    images.each("output", "no image", kArgument, INT32_MIN, 0, 13, INT32_MAX, SPLAT_OUTPUT_RADII);
+    images.each("output", "no image", kArgument, INT32_MIN, 0, 14, INT32_MAX, SPLAT_OUTPUT_RADII);
     for (const char* parameter : {"first", "count"}) {
         images.given("rasterizer", rasterizer_).as_is(parameter, "before a forward call", kState);
         images.given("first", UINT32_MAX).as_is(parameter, "beyond the views", kArgument);
@@ -178,8 +186,8 @@ void MisuseTable::scene_render_rows() {
         .each("count", "0: no views", SPLAT_OK, 0U);
     const auto desc = wrong_structs<splat_scene_render_desc>("splat_scene_render");
     desc("an output of Gaussians", kArgument, [](auto& d) { d.output = SPLAT_OUTPUT_RADII; });
-    desc("no output", kArgument, [](auto& d) { d.output = 13; });
-    desc("an unknown convention", kArgument, [](auto& d) { d.convention = 3; });
+    desc("no output", kArgument, [](auto& d) { d.output = 14; });
+    desc("an unknown convention", kArgument, [](auto& d) { d.convention = 4; });
     desc("gradients", kArgument, [](auto& d) { d.flags = SPLAT_RASTERIZER_BACKWARD; });
     desc("as given twice", kArgument, [](auto& d) { d.as_given = 2; });
     desc("a background that is not finite", kArgument, [](auto& d) { d.background[2] = NAN; });

@@ -215,6 +215,9 @@ TEST(ApiRasterViews, WhatARasterizerWasNotMadeForIsRefused) {
     EXPECT_REFUSED(splat_rasterizer_read(rasterizer, nullptr, SPLAT_OUTPUT_IDS, ids.data(),
                                          ids.size() * sizeof(float)),
                    kState, "SPLAT_RASTERIZER_IDS");
+    EXPECT_REFUSED(splat_rasterizer_read(rasterizer, nullptr, SPLAT_OUTPUT_MEDIAN_DEPTH, ids.data(),
+                                         ids.size() * sizeof(float)),
+                   kState, "SPLAT_RASTERIZER_MEDIAN_DEPTH");
     const Tensor four = make_tensor(shared_device(), {1, 4});
     auto desc = sized<splat_gradients_desc>();
     desc.grad_intrinsics = four;

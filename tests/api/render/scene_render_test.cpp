@@ -79,14 +79,49 @@ TEST(ApiSceneRender, GivesTheImagesOfARasterizer) {
     Views<float> floats;
     ASSERT_DONE(render(shared_device(), scene, &desc, floats, 3));
     expect_drawn(scene, floats, desc.flags, desc.convention, SPLAT_OUTPUT_RGB, desc.background);
-    for (const splat_output output :
-         {SPLAT_OUTPUT_ALPHA, SPLAT_OUTPUT_DEPTH, SPLAT_OUTPUT_NORMALS}) {
+    for (const splat_output output : {SPLAT_OUTPUT_ALPHA, SPLAT_OUTPUT_DEPTH, SPLAT_OUTPUT_NORMALS,
+                                      SPLAT_OUTPUT_MEDIAN_DEPTH}) {
         desc.output = output;
         ASSERT_DONE(
             render(shared_device(), scene, &desc, floats, output == SPLAT_OUTPUT_NORMALS ? 3 : 1));
-        expect_drawn(scene, floats, desc.flags | SPLAT_RASTERIZER_DEPTH | SPLAT_RASTERIZER_NORMALS,
+        expect_drawn(scene, floats,
+                     desc.flags | SPLAT_RASTERIZER_DEPTH | SPLAT_RASTERIZER_NORMALS |
+                         SPLAT_RASTERIZER_MEDIAN_DEPTH,
                      desc.convention, output, desc.background);
     }
+}
+
+TEST(ApiSceneRender, RayMaximum) {
+    const Scene scene = SampleScene(40, 2).create();
+    auto desc = sized<splat_scene_render_desc>();
+    desc.convention = SPLAT_CONVENTION_RAY_MAXIMUM;
+    Views<float> floats;
+    for (const splat_output output :
+         {SPLAT_OUTPUT_RGB, SPLAT_OUTPUT_EXPECTED_DEPTH, SPLAT_OUTPUT_MEDIAN_DEPTH}) {
+        desc.output = output;
+        ASSERT_DONE(
+            render(shared_device(), scene, &desc, floats, output == SPLAT_OUTPUT_RGB ? 3 : 1));
+        expect_drawn(scene, floats, SPLAT_RASTERIZER_DEPTH | SPLAT_RASTERIZER_MEDIAN_DEPTH,
+                     desc.convention, output, desc.background);
+    }
+    desc.flags = SPLAT_RASTERIZER_ANTIALIASED;
+    EXPECT_REFUSED(render(shared_device(), scene, &desc, floats, 1), kArgument,
+                   "SPLAT_RASTERIZER_ANTIALIASED compensates for a dilation");
+    auto wanted = rasterizer_desc(40, 16, 16, SPLAT_RASTERIZER_CONTRIBUTIONS);
+    wanted.convention = SPLAT_CONVENTION_RAY_MAXIMUM;
+    splat_rasterizer none = nullptr;
+    EXPECT_REFUSED(splat_rasterizer_create(shared_device(), &wanted, &none), kArgument,
+                   "SPLAT_CONVENTION_RAY_MAXIMUM draws without gradients");
+    wanted.flags = 0;
+    const Rasterizer rasterizer = make_rasterizer(shared_device(), wanted);
+    const splat_camera camera = sample_camera(16, 16);
+    ASSERT_DONE(draw(rasterizer, scene, camera, nullptr));
+    Floats numbers(3 * 40);
+    EXPECT_REFUSED(splat_rasterizer_read(rasterizer, nullptr, SPLAT_OUTPUT_CONICS, numbers.data(),
+                                         numbers.size() * sizeof(float)),
+                   kState, "not SPLAT_CONVENTION_RAY_MAXIMUM");
+    EXPECT_DONE(splat_rasterizer_read(rasterizer, nullptr, SPLAT_OUTPUT_RADII, numbers.data(),
+                                      numbers.size() * sizeof(float)));
 }
 
 /// Threads of this process, without those that Mesa's disk cache adds as it likes.

@@ -62,6 +62,7 @@ class BlendSkips : public KernelsTest {
         const vk::Buffer image = device_buffer(context(), 4 * kPixels);
         const vk::Buffer state = device_buffer(context(), 2 * kPixels);
         const vk::Buffer extra = device_buffer(context(), 4);
+        const vk::Buffer median = device_buffer(context(), 4);
         const bool apart = GetParam() == vk::Kernels::kCpu;
         std::vector<vk::Buffer> records;
         raster::RecordViews record_views;
@@ -79,7 +80,8 @@ class BlendSkips : public KernelsTest {
                                           .background = zeros.range(),
                                           .image = image.range(),
                                           .state = state.range(),
-                                          .extra = extra.range()};
+                                          .extra = extra.range(),
+                                          .median = median.range()};
         vk::Recorder recorder(context());
         EXPECT_OK(raster::blend_forward(recorder, desc, {0, 1}, views, n));
         EXPECT_OK(raster::blend_backward(recorder, desc, {0, 1}, views, grad_image.range(),

@@ -76,6 +76,7 @@ Outputs draw(vk::Context& context, const RasterCase& scene, const raster::Raster
     Outputs all = {download(context, space.image.range(), 4 * desc.pixels()),
                    download(context, space.state.range(), 2 * desc.pixels())};
     if (desc.extra) all.push_back(download(context, space.extra.range(), 4 * desc.pixels()));
+    if (desc.median) all.push_back(download(context, space.median.range(), desc.pixels()));
     if (desc.normals)
         all.push_back(download(context, space.normal_image.range(), 4 * desc.pixels()));
     return all;
@@ -93,7 +94,8 @@ void expect_same(const Outputs& got, const Outputs& expected, const std::string&
 
 raster::RasterDesc desc_of(const RasterCase& scene, const RasterMode& mode) {
     raster::RasterDesc desc = raster_desc(scene, mode);
-    desc.backward = desc.extra = desc.normals = desc.ids = true;
+    desc.extra = desc.normals = desc.ids = true;
+    desc.backward = !mode.is_ray();
     desc.views = kViews;
     return desc;
 }
@@ -139,6 +141,19 @@ TEST_P(BlendTwins, CutAndByDistance) {
     for (const RasterMode& mode : std::span(kDrawnModes).last(2)) {
         const raster::RasterDesc desc = desc_of(scene, mode);
         expect_twins(context(), plain(), scene, desc, call_of(scene, desc));
+    }
+}
+
+TEST_P(BlendTwins, RayMaximum) {
+    const RasterCase scenes[] = {random_scene({300, 75, 41}, 211),
+                                 needle_scene({120, 75, 41}, 212, 3),
+                                 opaque_scene({300, 61, 50}, 213)};
+    for (const RasterCase& scene : scenes) {
+        const raster::RasterDesc desc = desc_of(scene, kRayModes[0]);
+        Call call = call_of(scene, desc);
+        expect_twins(context(), plain(), scene, desc, call);
+        call.ranges = {{20, 100}, {0, 120}, {100, 10}};
+        expect_twins(context(), plain(), scene, desc, call);
     }
 }
 

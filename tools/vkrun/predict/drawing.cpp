@@ -11,11 +11,13 @@ namespace {
 constexpr std::uint32_t kViewsAtOnce = 16;
 
 Rasterizer make_rasterizer(splat_device device, const Scene& scene, const splat_camera& camera,
-                           std::uint32_t views, std::uint32_t flags) {
+                           std::uint32_t views, std::uint32_t flags,
+                           splat_convention convention = 0) {
     auto info = sized<splat_scene_info>();
     check(splat_scene_get_info(scene.get(), &info));
     auto desc = sized<splat_rasterizer_desc>();
     desc.flags = flags | info.drawn_as;
+    desc.convention = convention;
     desc.gaussians = static_cast<std::uint32_t>(info.count);
     desc.sh_degree = info.sh_degree;
     desc.views = views;
@@ -29,11 +31,12 @@ Rasterizer make_rasterizer(splat_device device, const Scene& scene, const splat_
 }  // namespace
 
 std::vector<float> draw_scene(splat_device device, const Scene& scene,
-                              const std::vector<splat_camera>& cameras, const float* background) {
+                              const std::vector<splat_camera>& cameras, const float* background,
+                              splat_convention convention) {
     const auto count = static_cast<std::uint32_t>(cameras.size());
     const std::uint32_t side = cameras.front().width;
     const Rasterizer rasterizer =
-        make_rasterizer(device, scene, cameras.front(), std::min(count, kViewsAtOnce), 0);
+        make_rasterizer(device, scene, cameras.front(), std::min(count, kViewsAtOnce), 0, convention);
     const std::size_t image = std::size_t{3} * side * side;
     std::vector<float> images(count * image);
     for (std::uint32_t first = 0; first < count; first += kViewsAtOnce) {

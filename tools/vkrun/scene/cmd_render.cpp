@@ -35,14 +35,17 @@ namespace {
 
 constexpr const char* kRenderFooter =
     R"(Give one of --cameras, --orbit and --path. Images are named after those of the camera file, or numbered:
-NAME.png, and with --outputs also NAME_alpha, NAME_depth and NAME_normal. A .npy holds the float32
-numbers. In a .png, 0 to 1 become 0 to 255; depths (expected, along z) are divided by the largest of
-the image; normals, in the axes of the camera, are mapped from -1..1 to 0..1. Images of an orbit or a
+NAME.png, and with --outputs also NAME_alpha, NAME_depth, NAME_median and NAME_normal. A .npy holds the
+float32 numbers. In a .png, 0 to 1 become 0 to 255; depths (expected or median, along z) are divided by the
+largest of the image; normals, in the axes of the camera, are mapped from -1..1 to 0..1. Images of an orbit or a
 path get a transforms.json with their cameras, which 'vkrun fit' takes.
 
 A scene is drawn as its file says, unless --drawn-as says otherwise: with opacities that compensate for the dilation
 (antialiased), blended by the distance to the camera rather than by depth (by-distance), cut at 3 sigma (3-sigma), or
 blended linear and converted to sRGB (linear-colours; --background is sRGB, too). The last line names what was done.
+
+With --convention ray_maximum a pixel sees each Gaussian where it is densest along the pixel's ray, without a dilation
+(Yu et al. 2024, Gaussian Opacity Fields), as F3D-Gaus draws what its weights predict.
 
 A path goes smoothly through all cameras of its file, by equal steps, with the lens of the first one. ffmpeg makes a
 video of its frames: ffmpeg -framerate 30 -i path/%04d.png -pix_fmt yuv420p path.mp4
@@ -74,6 +77,7 @@ constexpr OutputKind kKinds[] = {
     {"rgb", "", SPLAT_OUTPUT_RGB, 3, 0},
     {"alpha", "_alpha", SPLAT_OUTPUT_ALPHA, 1, 0},
     {"depth", "_depth", SPLAT_OUTPUT_EXPECTED_DEPTH, 1, SPLAT_RASTERIZER_DEPTH},
+    {"median", "_median", SPLAT_OUTPUT_MEDIAN_DEPTH, 1, SPLAT_RASTERIZER_MEDIAN_DEPTH},
     {"normal", "_normal", SPLAT_OUTPUT_NORMALS, 3, SPLAT_RASTERIZER_NORMALS},
 };
 
@@ -194,8 +198,9 @@ class Renderer {
         desc.sh_degree = file_.info.sh_degree;
         desc.width = width_ = camera.width;
         desc.height = height_ = camera.height;
-        desc.convention =
-            options_.convention == "gsplat" ? SPLAT_CONVENTION_GSPLAT : SPLAT_CONVENTION_3DGS;
+        desc.convention = options_.convention == "gsplat"        ? SPLAT_CONVENTION_GSPLAT
+                          : options_.convention == "ray_maximum" ? SPLAT_CONVENTION_RAY_MAXIMUM
+                                                                 : SPLAT_CONVENTION_3DGS;
         desc.near_plane = options_.near_plane.value_or(0.0F);
         desc.far_plane = options_.far_plane.value_or(0.0F);
         desc.flags = drawn_as_;
@@ -224,7 +229,8 @@ bool is_picture(const OutputKind& kind) {
 void to_picture(const OutputKind& kind, std::vector<float>& values) {
     if (kind.output == SPLAT_OUTPUT_NORMALS)
         for (float& value : values) value = 0.5F + 0.5F * value;
-    if (kind.output != SPLAT_OUTPUT_EXPECTED_DEPTH) return;
+    if (kind.output != SPLAT_OUTPUT_EXPECTED_DEPTH && kind.output != SPLAT_OUTPUT_MEDIAN_DEPTH)
+        return;
     const float most = *std::max_element(values.begin(), values.end());
     for (float& value : values) value = most > 0 ? value / most : 0;
 }

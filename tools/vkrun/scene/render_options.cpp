@@ -161,10 +161,10 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         ->type_name("NAME")
         ->capture_default_str()
         ->check(one_of({"png", "npy"}));
-    command.add_option("--convention", options.convention, "3dgs or gsplat")
+    command.add_option("--convention", options.convention, "3dgs, gsplat or ray_maximum")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(one_of({"3dgs", "gsplat"}));
+        ->check(one_of({"3dgs", "gsplat", "ray_maximum"}));
     add_drawn_as_option(command, options.drawn_as);
     command.add_flag("--antialiased", options.antialiased,
                      "Compensate opacities for the dilation, whatever the file says");
@@ -174,12 +174,12 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
         ->default_str("0,0,0")
         ->delimiter(',')
         ->expected(3);
-    command.add_option("--outputs", options.outputs, "Any of rgb, alpha, depth and normal")
+    command.add_option("--outputs", options.outputs, "Any of rgb, alpha, depth, median and normal")
         ->type_name("NAME[,NAME]...")
         ->default_str("rgb")
         ->delimiter(',')
         ->allow_extra_args(false)
-        ->check(one_of({"rgb", "alpha", "depth", "normal"}));
+        ->check(one_of({"rgb", "alpha", "depth", "median", "normal"}));
     command
         .add_option_function<std::string>(
             "--animate",

@@ -25,8 +25,8 @@ class Picture(ByValue):
     image            what shows it; pixels and files are reduced to 8 bits
     mask             of the object; None: an alpha that is not opaque everywhere, else what differs
                      from the border
-    depth, normal    maps where the network takes them; larger depth is nearer; float depths may have
-                     any scale, those of files are taken as they are; normals are (normal + 1) / 2 in
+    depth, normal    maps where the network takes them; larger depth is nearer, or as
+                     model.head.depth_maps says; float depths may have any scale, those of files are taken as they are; normals are (normal + 1) / 2 in
                      the camera's axes
     whole            use the largest centred square, not the object's
     foreground       the object's longer side, as a part of the square's; 0: 0.65

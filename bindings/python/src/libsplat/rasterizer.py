@@ -26,7 +26,7 @@ Cameras = Union[Camera, Sequence[Camera]]
 
 # Axes behind the views of each output: pixels or Gaussians, and components.
 PIXEL_OUTPUTS = {Output.RGB: (3,), Output.ALPHA: (), Output.DEPTH: (), Output.EXPECTED_DEPTH: (),
-                 Output.CONTRIBUTORS: (), Output.NORMALS: (3,), Output.IDS: ()}
+                 Output.CONTRIBUTORS: (), Output.NORMALS: (3,), Output.IDS: (), Output.MEDIAN_DEPTH: ()}
 GAUSSIAN_OUTPUTS = {Output.MEANS2D: (2,), Output.RADII: (2,), Output.CONICS: (3,),
                     Output.DEPTHS: (), Output.VISIBILITY: ()}
 
@@ -54,12 +54,12 @@ class Rasterizer(Handle):
     antialiased    opacity compensates for the dilation
     sort_by_distance, cut_3_sigma  blend by the distance to the camera, not by depth; alpha is 0 beyond 3 sigma
     linear_colors  colours are linear: background and images are sRGB, outputs as arrays and tensors linear
-    depth, normals, ids  which outputs it has beside RGB and alpha
+    depth, normals, ids, median_depth  which outputs it has beside RGB and alpha; the last has no gradient
     backward       gradients; also from the depth (grad_depth), of the pose and of the intrinsics
                    (grad_pose, grad_intrinsics, convention "gsplat") and of the means in the image
                    (grad_means2d); contributions
     original_gradient  convention "3dgs": the gradient of the original code with its three quirks
-    convention     "3dgs" or "gsplat"; None: "3dgs"
+    convention     "3dgs", "gsplat" or "ray_maximum" (no gradients); None: "3dgs"
     near, far      planes, scene units; 0: the convention's
     disabled_skips `SkipFlags` of work not to skip, for measuring
     Threads take turns on one rasterizer.
@@ -72,7 +72,7 @@ class Rasterizer(Handle):
                  views: int = 0, items: int = 0, sh_degree: int = 0, direct_colors: bool = False,
                  antialiased: bool = False, sort_by_distance: bool = False, cut_3_sigma: bool = False,
                  linear_colors: bool = False, depth: bool = False, normals: bool = False,
-                 ids: bool = False, backward: bool = False, grad_depth: bool = False,
+                 ids: bool = False, median_depth: bool = False, backward: bool = False, grad_depth: bool = False,
                  grad_pose: bool = False, grad_intrinsics: bool = False, grad_means2d: bool = False,
                  contributions: bool = False, original_gradient: bool = False,
                  convention: Union[None, int, _native.ConventionName] = None, near: float = 0.0, far: float = 0.0,
@@ -89,6 +89,7 @@ class Rasterizer(Handle):
                               (grad_means2d, flags.GRAD_MEANS2D),
                               (grad_intrinsics, flags.GRAD_INTRINSICS),
                               (contributions, flags.CONTRIBUTIONS), (ids, flags.IDS),
+                              (median_depth, flags.MEDIAN_DEPTH),
                               (original_gradient, flags.ORIGINAL_GRADIENT))
         desc.gaussians = whole(gaussians, "gaussians")
         desc.views = whole(views, "views")
@@ -194,8 +195,8 @@ class Rasterizer(Handle):
              ) -> Floats:
         """A copy of an output of the last forward call, float32 [views,...].
 
-        output  "rgb" [V,H,W,3], "alpha", "depth", "expected_depth", "contributors", "ids" [V,H,W],
-                "normals" [V,H,W,3]; of Gaussians "means2d", "radii" [V,N,2], "conics" [V,N,3],
+        output  "rgb" [V,H,W,3], "alpha", "depth", "expected_depth", "contributors", "ids", "median_depth"
+                [V,H,W], "normals" [V,H,W,3]; of Gaussians "means2d", "radii" [V,N,2], "conics" [V,N,3],
                 "depths", "visibility" [V,N]; if a view saw a range of fewer than N, [I,...]: the views'
                 ranges one after the other, I Gaussians in all
         Raises InvalidState (no forward call, or an output that the rasterizer was not made for).

@@ -143,6 +143,94 @@ pub const SPLAT_FILTER_FINITE: u32 = 1;
 /// read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them
 pub const SPLAT_CAMERA_IGNORE_DISTORTION: u32 = 1;
 
+/** Whose rules a rasterizer follows where renderers differ. */ pub type splat_convention = i32;
+/// Kerbl et al. 2023: extents of 3 sigma, quaternions as given
+pub const SPLAT_CONVENTION_3DGS: splat_convention = 1;
+/// gsplat 1.6: exactly alpha \>= 1/255, quaternions normalised
+pub const SPLAT_CONVENTION_GSPLAT: splat_convention = 2;
+/// Yu et al. 2024, Gaussian Opacity Fields, for the weights of F3D-Gaus: opacity at the maximum along a pixel's ray,
+/// without a dilation, blended in order of the means' depths; quaternions normalised. Outputs of depth are those of
+/// the maxima, which lie beyond the near plane. It has no gradients, no ANTIALIASED and no CONICS
+pub const SPLAT_CONVENTION_RAY_MAXIMUM: splat_convention = 3;
+
+/** colours are RGB, not spherical harmonics */ pub const SPLAT_RASTERIZER_DIRECT_COLORS: u32 = 1;
+/** opacity compensates for the dilation */ pub const SPLAT_RASTERIZER_ANTIALIASED: u32 = 2;
+/** outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS */ pub const SPLAT_RASTERIZER_DEPTH: u32 = 4;
+/** it computes gradients */ pub const SPLAT_RASTERIZER_BACKWARD: u32 = 8;
+/** gradients from the depth; implies BACKWARD */ pub const SPLAT_RASTERIZER_GRAD_DEPTH: u32 = 16;
+/** the pose, for SPLAT_CONVENTION_GSPLAT; implies BACKWARD */ pub const SPLAT_RASTERIZER_GRAD_POSE: u32 = 32;
+/** gradients of means2d; implies BACKWARD */ pub const SPLAT_RASTERIZER_GRAD_MEANS2D: u32 = 64;
+/// SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks
+pub const SPLAT_RASTERIZER_ORIGINAL_GRADIENT: u32 = 128;
+/** output NORMALS */ pub const SPLAT_RASTERIZER_NORMALS: u32 = 256;
+/** fx, fy, cx, cy; implies GRAD_POSE */ pub const SPLAT_RASTERIZER_GRAD_INTRINSICS: u32 = 512;
+/** contributions of a backward call; implies it */ pub const SPLAT_RASTERIZER_CONTRIBUTIONS: u32 = 1024;
+/** output IDS; implies DEPTH */ pub const SPLAT_RASTERIZER_IDS: u32 = 2048;
+/// blend by the distance of a mean to the camera, not by its depth; outputs of depth stay z
+pub const SPLAT_RASTERIZER_SORT_BY_DISTANCE: u32 = 4096;
+/** alpha is 0 beyond 3 sigma of the dilated ellipse */ pub const SPLAT_RASTERIZER_CUT_3_SIGMA: u32 = 8192;
+/// colours are linear: `background` is sRGB and made linear, splat_rasterizer_read_images converts RGB to sRGB (IEC
+/// 61966-2-1); tensors, splat_rasterizer_read and gradients stay linear
+pub const SPLAT_RASTERIZER_LINEAR_COLORS: u32 = 16384;
+/** output MEDIAN_DEPTH, which has no gradient */ pub const SPLAT_RASTERIZER_MEDIAN_DEPTH: u32 = 32768;
+
+/** the region where alpha \< 1/255 */ pub const SPLAT_SKIP_OPACITY_EXTENT: u32 = 1;
+/** tiles that the ellipse does not touch */ pub const SPLAT_SKIP_EXACT_TILES: u32 = 2;
+/** sorting Gaussians that reach no tile: too faint, too small */ pub const SPLAT_SKIP_CULL: u32 = 4;
+/** blending where every pixel has stopped; not in plain kernels */ pub const SPLAT_SKIP_EARLY_OUT: u32 = 8;
+/// drawing if scene, cameras and background are unchanged; never for tensors, which may have been written
+pub const SPLAT_SKIP_UNCHANGED: u32 = 16;
+/// Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs
+pub const SPLAT_SKIP_BLOCKS: u32 = 32;
+
+/// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of fewer
+/// than N, \[I,..\] takes the place of \[V,N,..\]: the views' ranges one after the other, I Gaussians in all. Outputs
+/// of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not finite,
+/// without extent, or (not 3dgs) fainter than 1/255. No skip changes them.
+pub type splat_output = i32;
+/** \[V,H,W,3\] colours over the background */ pub const SPLAT_OUTPUT_RGB: splat_output = 1;
+/** \[V,H,W\] sum of the weights */ pub const SPLAT_OUTPUT_ALPHA: splat_output = 2;
+/** \[V,H,W\] sum of weight * depth, scene units along z */ pub const SPLAT_OUTPUT_DEPTH: splat_output = 3;
+/** \[V,H,W\] depth / alpha */ pub const SPLAT_OUTPUT_EXPECTED_DEPTH: splat_output = 4;
+/** \[V,H,W\] Gaussians of weight \> 0 */ pub const SPLAT_OUTPUT_CONTRIBUTORS: splat_output = 5;
+/** \[V,N,2\] places of their means, pixels */ pub const SPLAT_OUTPUT_MEANS2D: splat_output = 6;
+/** \[V,N,2\] half extents, pixels */ pub const SPLAT_OUTPUT_RADII: splat_output = 7;
+/** \[V,N,3\] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */ pub const SPLAT_OUTPUT_CONICS: splat_output = 8;
+/** \[V,N\] depths of their means, scene units along z */ pub const SPLAT_OUTPUT_DEPTHS: splat_output = 9;
+/** \[V,N\] 1, or 0 if culled */ pub const SPLAT_OUTPUT_VISIBILITY: splat_output = 10;
+/// \[V,H,W,3\] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
+pub const SPLAT_OUTPUT_NORMALS: splat_output = 11;
+/// \[V,H,W\] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
+pub const SPLAT_OUTPUT_IDS: splat_output = 12;
+/// \[V,H,W\] depth of the last Gaussian in front of which more than half of the light is left, scene units along z;
+/// 0: none
+pub const SPLAT_OUTPUT_MEDIAN_DEPTH: splat_output = 13;
+
+/// add gradients to the tensors' contents instead of overwriting them
+pub const SPLAT_GRADIENTS_ACCUMULATE: u32 = 1;
+
+/** A format of image files. */ pub type splat_image_format = i32;
+/// 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0
+pub const SPLAT_IMAGE_PNG: splat_image_format = 1;
+/** float32 \[height,width,channels\]; U8 is divided by 255 */ pub const SPLAT_IMAGE_NPY: splat_image_format = 2;
+/** animations: 252 colours, dithered; no alpha */ pub const SPLAT_IMAGE_GIF: splat_image_format = 3;
+/// 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
+pub const SPLAT_IMAGE_PNG16: splat_image_format = 4;
+/** animations: 8 bits without loss; sides up to 16383 */ pub const SPLAT_IMAGE_WEBP: splat_image_format = 5;
+
+/** use the largest centred square, not the object's */ pub const SPLAT_PICTURE_WHOLE: u32 = 1;
+
+/** How the object was found. */ pub type splat_found = i32;
+/** by the mask that was given */ pub const SPLAT_FOUND_BY_MASK: splat_found = 1;
+/** by an alpha that is not opaque everywhere */ pub const SPLAT_FOUND_BY_ALPHA: splat_found = 2;
+/** by what differs from the colour of the picture's border */ pub const SPLAT_FOUND_BY_BORDER: splat_found = 3;
+/** the whole picture counts as the object */ pub const SPLAT_FOUND_NOTHING: splat_found = 4;
+
+/** nothing was found in a picture that was to be cut out */ pub const SPLAT_PICTURE_NO_OBJECT: u32 = 1;
+/// the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
+pub const SPLAT_PICTURE_FIELD_OF_VIEW: u32 = 2;
+/** the object reaches the picture's border: a part is missing */ pub const SPLAT_PICTURE_AT_BORDER: u32 = 4;
+
 /** to write: float16 */ pub const SPLAT_WEIGHTS_HALF: u32 = 1;
 /** to load: copy all values, and leave no file open */ pub const SPLAT_WEIGHTS_COPY: u32 = 2;
 
@@ -199,86 +287,6 @@ pub const SPLAT_EXPORT_ADAPTERS: splat_export = 1;
 /** enable splat_module_backward */ pub const SPLAT_MODULE_GRADIENTS: u32 = 1;
 /** with GRADIENTS: also of inputs */ pub const SPLAT_MODULE_INPUT_GRADIENTS: u32 = 2;
 /** dropout in a residual_block; an operator always applies it */ pub const SPLAT_MODULE_TRAINING: u32 = 4;
-
-/** use the largest centred square, not the object's */ pub const SPLAT_PICTURE_WHOLE: u32 = 1;
-
-/** How the object was found. */ pub type splat_found = i32;
-/** by the mask that was given */ pub const SPLAT_FOUND_BY_MASK: splat_found = 1;
-/** by an alpha that is not opaque everywhere */ pub const SPLAT_FOUND_BY_ALPHA: splat_found = 2;
-/** by what differs from the colour of the picture's border */ pub const SPLAT_FOUND_BY_BORDER: splat_found = 3;
-/** the whole picture counts as the object */ pub const SPLAT_FOUND_NOTHING: splat_found = 4;
-
-/** nothing was found in a picture that was to be cut out */ pub const SPLAT_PICTURE_NO_OBJECT: u32 = 1;
-/// the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
-pub const SPLAT_PICTURE_FIELD_OF_VIEW: u32 = 2;
-/** the object reaches the picture's border: a part is missing */ pub const SPLAT_PICTURE_AT_BORDER: u32 = 4;
-
-/** Whose rules a rasterizer follows where renderers differ. */ pub type splat_convention = i32;
-/// Kerbl et al. 2023: extents of 3 sigma, quaternions as given
-pub const SPLAT_CONVENTION_3DGS: splat_convention = 1;
-/// gsplat 1.6: exactly alpha \>= 1/255, quaternions normalised
-pub const SPLAT_CONVENTION_GSPLAT: splat_convention = 2;
-
-/** colours are RGB, not spherical harmonics */ pub const SPLAT_RASTERIZER_DIRECT_COLORS: u32 = 1;
-/** opacity compensates for the dilation */ pub const SPLAT_RASTERIZER_ANTIALIASED: u32 = 2;
-/** outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS */ pub const SPLAT_RASTERIZER_DEPTH: u32 = 4;
-/** it computes gradients */ pub const SPLAT_RASTERIZER_BACKWARD: u32 = 8;
-/** gradients from the depth; implies BACKWARD */ pub const SPLAT_RASTERIZER_GRAD_DEPTH: u32 = 16;
-/** the pose, for SPLAT_CONVENTION_GSPLAT; implies BACKWARD */ pub const SPLAT_RASTERIZER_GRAD_POSE: u32 = 32;
-/** gradients of means2d; implies BACKWARD */ pub const SPLAT_RASTERIZER_GRAD_MEANS2D: u32 = 64;
-/// SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks
-pub const SPLAT_RASTERIZER_ORIGINAL_GRADIENT: u32 = 128;
-/** output NORMALS */ pub const SPLAT_RASTERIZER_NORMALS: u32 = 256;
-/** fx, fy, cx, cy; implies GRAD_POSE */ pub const SPLAT_RASTERIZER_GRAD_INTRINSICS: u32 = 512;
-/** contributions of a backward call; implies it */ pub const SPLAT_RASTERIZER_CONTRIBUTIONS: u32 = 1024;
-/** output IDS; implies DEPTH */ pub const SPLAT_RASTERIZER_IDS: u32 = 2048;
-/// blend by the distance of a mean to the camera, not by its depth; outputs of depth stay z
-pub const SPLAT_RASTERIZER_SORT_BY_DISTANCE: u32 = 4096;
-/** alpha is 0 beyond 3 sigma of the dilated ellipse */ pub const SPLAT_RASTERIZER_CUT_3_SIGMA: u32 = 8192;
-/// colours are linear: `background` is sRGB and made linear, splat_rasterizer_read_images converts RGB to sRGB (IEC
-/// 61966-2-1); tensors, splat_rasterizer_read and gradients stay linear
-pub const SPLAT_RASTERIZER_LINEAR_COLORS: u32 = 16384;
-
-/** the region where alpha \< 1/255 */ pub const SPLAT_SKIP_OPACITY_EXTENT: u32 = 1;
-/** tiles that the ellipse does not touch */ pub const SPLAT_SKIP_EXACT_TILES: u32 = 2;
-/** sorting Gaussians that reach no tile: too faint, too small */ pub const SPLAT_SKIP_CULL: u32 = 4;
-/** blending where every pixel has stopped; not in plain kernels */ pub const SPLAT_SKIP_EARLY_OUT: u32 = 8;
-/// drawing if scene, cameras and background are unchanged; never for tensors, which may have been written
-pub const SPLAT_SKIP_UNCHANGED: u32 = 16;
-/// Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs
-pub const SPLAT_SKIP_BLOCKS: u32 = 32;
-
-/// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of fewer
-/// than N, \[I,..\] takes the place of \[V,N,..\]: the views' ranges one after the other, I Gaussians in all. Outputs
-/// of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not finite,
-/// without extent, or (gsplat) fainter than 1/255. No skip changes them.
-pub type splat_output = i32;
-/** \[V,H,W,3\] colours over the background */ pub const SPLAT_OUTPUT_RGB: splat_output = 1;
-/** \[V,H,W\] sum of the weights */ pub const SPLAT_OUTPUT_ALPHA: splat_output = 2;
-/** \[V,H,W\] sum of weight * depth, scene units along z */ pub const SPLAT_OUTPUT_DEPTH: splat_output = 3;
-/** \[V,H,W\] depth / alpha */ pub const SPLAT_OUTPUT_EXPECTED_DEPTH: splat_output = 4;
-/** \[V,H,W\] Gaussians of weight \> 0 */ pub const SPLAT_OUTPUT_CONTRIBUTORS: splat_output = 5;
-/** \[V,N,2\] places of their means, pixels */ pub const SPLAT_OUTPUT_MEANS2D: splat_output = 6;
-/** \[V,N,2\] half extents, pixels */ pub const SPLAT_OUTPUT_RADII: splat_output = 7;
-/** \[V,N,3\] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */ pub const SPLAT_OUTPUT_CONICS: splat_output = 8;
-/** \[V,N\] depths of their means, scene units along z */ pub const SPLAT_OUTPUT_DEPTHS: splat_output = 9;
-/** \[V,N\] 1, or 0 if culled */ pub const SPLAT_OUTPUT_VISIBILITY: splat_output = 10;
-/// \[V,H,W,3\] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
-pub const SPLAT_OUTPUT_NORMALS: splat_output = 11;
-/// \[V,H,W\] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
-pub const SPLAT_OUTPUT_IDS: splat_output = 12;
-
-/// add gradients to the tensors' contents instead of overwriting them
-pub const SPLAT_GRADIENTS_ACCUMULATE: u32 = 1;
-
-/** A format of image files. */ pub type splat_image_format = i32;
-/// 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0
-pub const SPLAT_IMAGE_PNG: splat_image_format = 1;
-/** float32 \[height,width,channels\]; U8 is divided by 255 */ pub const SPLAT_IMAGE_NPY: splat_image_format = 2;
-/** animations: 252 colours, dithered; no alpha */ pub const SPLAT_IMAGE_GIF: splat_image_format = 3;
-/// 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
-pub const SPLAT_IMAGE_PNG16: splat_image_format = 4;
-/** animations: 8 bits without loss; sides up to 16383 */ pub const SPLAT_IMAGE_WEBP: splat_image_format = 5;
 
 /** What a piece of a run did. */ pub type splat_run_event_kind = i32;
 /** only a text */ pub const SPLAT_EVENT_MESSAGE: splat_run_event_kind = 0;
@@ -939,263 +947,6 @@ pub struct splat_camera_bytes {
     pub image_bytes: usize,
 }
 
-/// What a tensor of weights is.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_weights_info {
-    pub struct_size: u32,
-    /** number of dimensions */ pub rank: u32,
-    /** elements, outermost first; a 0 means none */ pub dims: [i64; 8],
-    /** number of all elements */ pub elements: u64,
-    /** name of the tensor; lives, like dtype, as long as the weights */ pub name: *const c_char,
-    /** type in the file: "float32", "int64", ...; read as float32 */ pub dtype: *const c_char,
-}
-
-/// A tensor in the caller's memory, row-major. Frozen.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_named_array {
-    pub name: *const c_char,
-    pub values: *const f32,
-    /** floats: the product of dims, 1 for rank 0 */ pub value_count: u64,
-    /** outermost first; a 0 means no elements */ pub dims: [i64; 8],
-    pub rank: u32,
-    /** 0 */ pub reserved: u32,
-}
-
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_op_desc {
-    pub struct_size: u32,
-    /** SPLAT_OP_ bits */ pub flags: u32,
-    /** NULL */ pub next: *const c_void,
-    /** a name of splat_op_list */ pub type_: *const c_char,
-    /** JSON object; NULL = defaults */ pub attributes: *const c_char,
-    pub input_count: u32,
-    pub output_count: u32,
-    /** in the operator's order; an optional one may be NULL */ pub inputs: *const splat_tensor,
-    /** in the operator's order; an optional one may be NULL */ pub outputs: *const splat_tensor,
-    /** NULL for an operator without backward; else output_count tensors */ pub grad_outputs: *const splat_tensor,
-    /** input_count tensors; gradients of NULL entries are not computed */ pub grad_inputs: *const splat_tensor,
-}
-
-/// A named tensor of a model or a module. Frozen.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_port {
-    /** name of the tensor; the library's lives as long as the model or module */ pub name: *const c_char,
-    /** number of dimensions */ pub rank: u32,
-    /** SPLAT_PORT_ bits; 0 for a new module */ pub flags: u32,
-    /** elements, outermost first */ pub dims: [i64; 8],
-}
-
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_model_desc {
-    pub struct_size: u32,
-    /** SPLAT_MODEL_* */ pub flags: u32,
-    pub next: *const c_void,
-    /** text, JSON or YAML with the keys of Splatter Image; NULL: the cars model */ pub config: *const c_char,
-    /// objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch runs in
-    /// equal slices. A backward pass then repeats the forward pass of all slices but the last, and dropout differs
-    /// from that of an undivided batch
-    pub objects: u32,
-    /** 0: SPLAT_PRECISION_BALANCED */ pub precision: splat_precision,
-}
-
-/// What a model was made for, and what its latest pass gave.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_model_info {
-    pub struct_size: u32,
-    /** what it was created with, SPLAT_MODEL_ bits */ pub flags: u32,
-    /** objects per batch */ pub objects: u32,
-    /** input images of an object */ pub views: u32,
-    /** R: images have R x R pixels */ pub resolution: u32,
-    /** channels of the images that a pass takes */ pub channels: u32,
-    /** channels of "images": no plane of origin distances */ pub image_channels: u32,
-    /** channels of "raw" */ pub output_channels: u32,
-    /** M: Gaussians of an object */ pub gaussians: u32,
-    /** degree of the spherical harmonics; K = (sh_degree + 1)^2 */ pub sh_degree: u32,
-    /** length of a custom embedding; 0: none */ pub embedding_length: u32,
-    /** numbers of a token; 0: none */ pub token_dim: u32,
-    /** tokens of an image; 0: none */ pub tokens: u32,
-    /** passes of a batch */ pub slices: u32,
-    /** field of view, degrees; 0: each image has its focal lengths */ pub fov: f32,
-    pub reserved: u32,
-    /** numbers of all parameters */ pub parameters: u64,
-    /** numbers of parameters that a training changes */ pub trainable: u64,
-    /** Gaussians of the latest pass, over all objects; 0 before the first */ pub predicted: u64,
-    /** numbers of "raw" and of their attributes that are NaN or infinite */ pub non_finite: u64,
-    /** Gaussians of an opacity below 1/255, which no pixel shows */ pub faint: u64,
-}
-
-/// Counts are of numbers in the array beside them; 0: trusted.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_model_input {
-    pub struct_size: u32,
-    /** SPLAT_PASS_ bits */ pub flags: u32,
-    /** seed of dropout, used with step */ pub seed: u64,
-    /** the optimiser's step */ pub step: u32,
-    /** channels per image, checked against the configuration; 0: not checked */ pub channels: u32,
-    /** in the arrays, checked against the model's; 0: not checked */ pub objects: u32,
-    pub picture_count: u32,
-    /// images in the caller's layout, instead of `images`; the planes of an image may come from several pictures in
-    /// turn, such as RGB, then depth: N pictures or a multiple
-    pub pictures: *const splat_image,
-    /** \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance */ pub images: *const f32,
-    pub images_count: u64,
-    /** \[N,4,4\] row vectors: p_world = p_view M; NULL: the identity */ pub view_to_world: *const f32,
-    pub view_to_world_count: u64,
-    /** \[N,4\] w x y z of that rotation; NULL with view_to_world */ pub quaternions: *const f32,
-    pub quaternions_count: u64,
-    /** \[N,2\] pixels; NULL unless the configuration's fov is 0 */ pub focals: *const f32,
-    pub focals_count: u64,
-    /** \[N,length\] of a custom embedding, else NULL */ pub embedding: *const f32,
-    pub embedding_count: u64,
-    /** \[N,token_dim,tokens\], else NULL */ pub tokens: *const f32,
-    pub tokens_count: u64,
-}
-
-/// Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers; 0: trusted.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_model_gradients {
-    pub struct_size: u32,
-    /** SPLAT_PASS_ bits */ pub flags: u32,
-    pub means: *const f32,
-    pub means_count: u64,
-    pub opacities: *const f32,
-    pub opacities_count: u64,
-    pub scales: *const f32,
-    pub scales_count: u64,
-    pub rotations: *const f32,
-    pub rotations_count: u64,
-    pub sh: *const f32,
-    pub sh_count: u64,
-}
-
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_module_desc {
-    pub struct_size: u32,
-    /** SPLAT_MODULE_* */ pub flags: u32,
-    /** NULL */ pub next: *const c_void,
-    /** a name of splat_op_list, or "residual_block" */ pub type_: *const c_char,
-    /** JSON object; NULL: defaults */ pub attributes: *const c_char,
-    /** with name, rank, dims */ pub ports: *const splat_port,
-    pub port_count: u32,
-    /** only for residual_block; conv2d has an attribute */ pub precision: splat_precision,
-}
-
-/// A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are finite and from 0 to
-/// 1, within 1e-3. Depths of these types may have any range: the picture's least becomes 0, its greatest 1 (all 0 if
-/// they are equal). U8 and files are taken as they are.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_picture_source {
-    /** PNG, JPEG (turned as its Exif data says) or WebP; NULL: `pixels` */ pub path: *const c_char,
-    /** reduced to 8 bits, as files of 16 bits are */ pub pixels: splat_image,
-}
-
-/// One view of an object. Frozen.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_picture {
-    pub image: splat_picture_source,
-    /// the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its
-    /// border's colour, else all
-    pub mask: splat_picture_source,
-    /** where the network takes it; larger is nearer, at any scale */ pub depth: splat_picture_source,
-    /** where the network takes it; (normal + 1) / 2, camera's axes */ pub normal: splat_picture_source,
-    /** SPLAT_PICTURE_* */ pub flags: u32,
-    /// the object's longer side, as a part of the square's; 0: 0.65; 0 with SPLAT_PICTURE_WHOLE
-    pub foreground: f32,
-    /** pixels of the image; 0: by its Exif data, else not known */ pub focal: f64,
-    /** along the camera's axis, where the network takes it; else 0 */ pub origin_distance: f64,
-    /// like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole pictures; others
-    /// take none
-    pub world_to_camera: [f64; 16],
-    /** a custom embedding, or NULL */ pub embedding: *const f32,
-    /** numbers */ pub embedding_count: u64,
-    /** \[token_dim,tokens\] where the network takes them, or NULL */ pub tokens: *const f32,
-    /** numbers */ pub token_count: u64,
-}
-
-/// What became of a picture. Frozen.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_picture_info {
-    /** width of the picture, pixels */ pub width: u32,
-    /** height of the picture, pixels */ pub height: u32,
-    /** how the object was found */ pub found: splat_found,
-    /** SPLAT_PICTURE_* warnings */ pub warnings: u32,
-    /** left, top and side of what was cut out, pixels of the picture */ pub square: [f64; 3],
-    /** focal length, pixels of the picture; 0: not known */ pub focal: f64,
-    /** field of view of the square; 0: not known */ pub fov_degrees: f64,
-}
-
-/// Where splat_picture_cut writes: squares of `resolution` pixels. Those without pixels are not wanted.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_picture_cut_desc {
-    pub struct_size: u32,
-    /** 0 */ pub flags: u32,
-    /** NULL */ pub next: *const c_void,
-    pub resolution: u32,
-    /** behind the object, 0 to 1 */ pub background: [f32; 3],
-    /** 3 channels */ pub image: splat_image,
-    /** 1 channel, and so depth */ pub mask: splat_image,
-    /** needs the picture's map; 0 outside of the object */ pub depth: splat_image,
-    /** 3 channels; needs the picture's map; 0.5 outside of the object */ pub normal: splat_image,
-}
-
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_predictor_desc {
-    pub struct_size: u32,
-    /** 0 */ pub flags: u32,
-    /** NULL */ pub next: *const c_void,
-    /** a file, or a name, as of splat_weights_load */ pub weights_path: *const c_char,
-    /// used instead of reading the file, whose path then only names them; neither: those of
-    /// splat_builtin_weights(NULL)
-    pub weights: splat_weights,
-    /// text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json
-    /// or .yaml, else config.json or config.yaml in the weights' folder; else the one of splat_config_presets that
-    /// fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by the published name of the
-    /// file, such as model_cars.pth. "published" of splat_weights_report has {"fit": \[names\], "nearest",
-    /// "differences" (from that, if none fits), "sentence"}
-    pub config: *const c_char,
-    /** a file of low-rank adapters, which are folded in */ pub adapters_path: *const c_char,
-    /** adapters in memory; neither: only those among the weights */ pub adapters: splat_weights,
-    /** 0: lora_alpha of their metadata, else of the configuration */ pub adapters_alpha: f64,
-}
-
-/// What a predictor takes and gives, for what its weights were trained.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_predictor_info {
-    pub struct_size: u32,
-    /** pictures of one prediction */ pub views: u32,
-    /** R: the network sees squares of R x R pixels */ pub resolution: u32,
-    /** channels of the network's input */ pub channels: u32,
-    /** 1: it takes a depth map */ pub depth: u32,
-    /** 1: it takes a normal map */ pub normal: u32,
-    /** 1: it takes the object's mask, which is always found */ pub mask: u32,
-    /** 1: it takes the distance of the object's origin */ pub origin_distance: u32,
-    /** views * R * R Gaussians; a scene gets the visible ones */ pub gaussians: u64,
-    /** degree of the spherical harmonics, 0 to 3 */ pub sh_degree: u32,
-    /** colour behind the object, 0 to 1 */ pub background: [f32; 3],
-    /** across the square; 0: each view has a focal length of its own */ pub fov_degrees: f64,
-    /** data.category, may be empty; lives as long as the predictor */ pub category: *const c_char,
-}
-
-/// Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_prediction {
-    pub struct_size: u32,
-    pub camera_capacity: u32,
-    /** receives those of the views, relative to the first */ pub cameras: *mut splat_camera,
-    /** receives what became of each picture */ pub pictures: *mut splat_picture_info,
-    pub picture_capacity: u32,
-    /** out: all there are */ pub camera_count: u32,
-    /** out; 0 for an object of a data set */ pub picture_count: u32,
-    pub reserved: u32,
-    /** receives what the network sees, \[views,channels,R,R\] */ pub inputs: *mut f32,
-    /** numbers */ pub input_capacity: u64,
-    /** out, as what follows: of the scene */ pub gaussians: u64,
-    /** left out: numbers of theirs are not finite */ pub not_finite: u64,
-    /** left out: opacity below 1 / 255, which no image of 8 bits shows */ pub faint: u64,
-    /** to read and cut out the pictures */ pub read_ms: f64,
-    /** to run the network and read its Gaussians */ pub network_ms: f64,
-}
-
 /// What a rasterizer draws, and how.
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_rasterizer_desc {
@@ -1224,9 +975,9 @@ pub struct splat_rasterizer_desc {
 /// Gaussians as tensors. The caller activates them; numbers outside the ranges are drawn, too:
 ///   opacities   <= 0: absent, without a gradient; > 1: its product with the falloff ends at 0.99
 ///   scales      the sign has no effect; 0: flat, and wider by what every Gaussian has in the picture,
-///               0.3 pixels^2 of variance
-///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_GSPLAT
-///               normalises them, SPLAT_CONVENTION_3DGS draws another size and shape
+///               0.3 pixels^2 of variance (SPLAT_CONVENTION_RAY_MAXIMUM: in the scene, 1e-7 units^2)
+///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_3DGS draws another
+///               size and shape, the others normalise them
 /// A loop that fits Gaussians keeps logarithms of scales [n,3] and logits of opacities [n]: it runs
 /// the operators "exp" and "sigmoid" of model.h before a forward call, and their backward after it.
 /// ```
@@ -1347,6 +1098,136 @@ pub struct splat_lpips_desc {
     /** pixels, both ways; \>= 16 */ pub side: u32,
 }
 
+/// A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are finite and from 0 to
+/// 1, within 1e-3. Depths of these types may have any range: the picture's least becomes 0, its greatest 1 (all 0 if
+/// they are equal). U8 and files are taken as they are.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_picture_source {
+    /** PNG, JPEG (turned as its Exif data says) or WebP; NULL: `pixels` */ pub path: *const c_char,
+    /** reduced to 8 bits, as files of 16 bits are */ pub pixels: splat_image,
+}
+
+/// One view of an object. Frozen.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_picture {
+    pub image: splat_picture_source,
+    /// the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its
+    /// border's colour, else all
+    pub mask: splat_picture_source,
+    /// where the network takes it; larger is nearer, or as model.head.depth_maps of the configuration says, at any
+    /// scale
+    pub depth: splat_picture_source,
+    /** where the network takes it; (normal + 1) / 2, camera's axes */ pub normal: splat_picture_source,
+    /** SPLAT_PICTURE_* */ pub flags: u32,
+    /// the object's longer side, as a part of the square's; 0: 0.65; 0 with SPLAT_PICTURE_WHOLE
+    pub foreground: f32,
+    /** pixels of the image; 0: by its Exif data, else not known */ pub focal: f64,
+    /** along the camera's axis, where the network takes it; else 0 */ pub origin_distance: f64,
+    /// like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole pictures; others
+    /// take none
+    pub world_to_camera: [f64; 16],
+    /** a custom embedding, or NULL */ pub embedding: *const f32,
+    /** numbers */ pub embedding_count: u64,
+    /** \[token_dim,tokens\] where the network takes them, or NULL */ pub tokens: *const f32,
+    /** numbers */ pub token_count: u64,
+}
+
+/// What became of a picture. Frozen.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_picture_info {
+    /** width of the picture, pixels */ pub width: u32,
+    /** height of the picture, pixels */ pub height: u32,
+    /** how the object was found */ pub found: splat_found,
+    /** SPLAT_PICTURE_* warnings */ pub warnings: u32,
+    /** left, top and side of what was cut out, pixels of the picture */ pub square: [f64; 3],
+    /** focal length, pixels of the picture; 0: not known */ pub focal: f64,
+    /** field of view of the square; 0: not known */ pub fov_degrees: f64,
+}
+
+/// Where splat_picture_cut writes: squares of `resolution` pixels. Those without pixels are not wanted.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_picture_cut_desc {
+    pub struct_size: u32,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    pub resolution: u32,
+    /** behind the object, 0 to 1 */ pub background: [f32; 3],
+    /** 3 channels */ pub image: splat_image,
+    /** 1 channel, and so depth */ pub mask: splat_image,
+    /** needs the picture's map; 0 outside of the object */ pub depth: splat_image,
+    /** 3 channels; needs the picture's map; 0.5 outside of the object */ pub normal: splat_image,
+}
+
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_predictor_desc {
+    pub struct_size: u32,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** a file, or a name, as of splat_weights_load */ pub weights_path: *const c_char,
+    /// used instead of reading the file, whose path then only names them; neither: those of
+    /// splat_builtin_weights(NULL)
+    pub weights: splat_weights,
+    /// text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json
+    /// or .yaml, else config.json or config.yaml in the weights' folder; else the one of splat_config_presets that
+    /// fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by the published name of the
+    /// file, such as model_cars.pth. "published" of splat_weights_report has {"fit": \[names\], "nearest",
+    /// "differences" (from that, if none fits), "sentence"}
+    pub config: *const c_char,
+    /** a file of low-rank adapters, which are folded in */ pub adapters_path: *const c_char,
+    /** adapters in memory; neither: only those among the weights */ pub adapters: splat_weights,
+    /** 0: lora_alpha of their metadata, else of the configuration */ pub adapters_alpha: f64,
+    /// 0, or 2 to 64: each prediction is drawn from so many further views around the object, each of these is
+    /// predicted, too, and all Gaussians are joined; F3D-Gaus has 8. For networks of one picture of colours and mask
+    /// whose head takes depths (model.head f3d)
+    pub aggregate: u32,
+    /** 0: SPLAT_CONVENTION_3DGS; how these views are drawn */ pub convention: splat_convention,
+}
+
+/// What a predictor takes and gives, for what its weights were trained.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_predictor_info {
+    pub struct_size: u32,
+    /** pictures of one prediction */ pub views: u32,
+    /** R: the network sees squares of R x R pixels */ pub resolution: u32,
+    /** channels of the network's input */ pub channels: u32,
+    /** 1: it takes a depth map, for the network or for its head */ pub depth: u32,
+    /** 1: it takes a normal map */ pub normal: u32,
+    /** 1: it takes the object's mask, which is always found */ pub mask: u32,
+    /** 1: it takes the distance of the object's origin */ pub origin_distance: u32,
+    /// views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible ones
+    pub gaussians: u64,
+    /** degree of the spherical harmonics, 0 to 3 */ pub sh_degree: u32,
+    /** colour behind the object, 0 to 1 */ pub background: [f32; 3],
+    /** across the square; 0: each view has a focal length of its own */ pub fov_degrees: f64,
+    /** data.category, may be empty; lives as long as the predictor */ pub category: *const c_char,
+    /// 1: it takes pictures whole, as if SPLAT_PICTURE_WHOLE were set, over the background only where a mask or an
+    /// alpha is given: its head takes the depth of each pixel, of a map in the proportion of the image
+    pub whole: u32,
+    /** 0 */ pub reserved: u32,
+}
+
+/// Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_prediction {
+    pub struct_size: u32,
+    pub camera_capacity: u32,
+    /** receives those of the views, relative to the first */ pub cameras: *mut splat_camera,
+    /** receives what became of each picture */ pub pictures: *mut splat_picture_info,
+    pub picture_capacity: u32,
+    /** out: all there are */ pub camera_count: u32,
+    /** out; 0 for an object of a data set */ pub picture_count: u32,
+    pub reserved: u32,
+    /** receives what the network sees, \[views,channels,R,R\] */ pub inputs: *mut f32,
+    /** numbers */ pub input_capacity: u64,
+    /** out, as what follows: of the scene */ pub gaussians: u64,
+    /** left out: numbers of theirs are not finite */ pub not_finite: u64,
+    /// left out: opacity below 1 / 255, which no image of 8 bits shows, or below the configuration's
+    /// model.head.opacity_threshold
+    pub faint: u64,
+    /** to read and cut out the pictures */ pub read_ms: f64,
+    /** to run the network and read its Gaussians */ pub network_ms: f64,
+}
+
 /// The ranks of a run, and how they reach each other. The struct is copied; functions and `user` must live until the
 /// run is destroyed.
 #[repr(C)] #[derive(Clone, Copy, Debug)]
@@ -1363,6 +1244,149 @@ pub struct splat_group {
     /// summed by it, and the facts of the run say that it cannot be reproduced
     pub sum: splat_group_sum,
     /** NULL: errors have the number alone */ pub describe: splat_group_describe,
+}
+
+/// What a tensor of weights is.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_weights_info {
+    pub struct_size: u32,
+    /** number of dimensions */ pub rank: u32,
+    /** elements, outermost first; a 0 means none */ pub dims: [i64; 8],
+    /** number of all elements */ pub elements: u64,
+    /** name of the tensor; lives, like dtype, as long as the weights */ pub name: *const c_char,
+    /** type in the file: "float32", "int64", ...; read as float32 */ pub dtype: *const c_char,
+}
+
+/// A tensor in the caller's memory, row-major. Frozen.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_named_array {
+    pub name: *const c_char,
+    pub values: *const f32,
+    /** floats: the product of dims, 1 for rank 0 */ pub value_count: u64,
+    /** outermost first; a 0 means no elements */ pub dims: [i64; 8],
+    pub rank: u32,
+    /** 0 */ pub reserved: u32,
+}
+
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_op_desc {
+    pub struct_size: u32,
+    /** SPLAT_OP_ bits */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** a name of splat_op_list */ pub type_: *const c_char,
+    /** JSON object; NULL = defaults */ pub attributes: *const c_char,
+    pub input_count: u32,
+    pub output_count: u32,
+    /** in the operator's order; an optional one may be NULL */ pub inputs: *const splat_tensor,
+    /** in the operator's order; an optional one may be NULL */ pub outputs: *const splat_tensor,
+    /** NULL for an operator without backward; else output_count tensors */ pub grad_outputs: *const splat_tensor,
+    /** input_count tensors; gradients of NULL entries are not computed */ pub grad_inputs: *const splat_tensor,
+}
+
+/// A named tensor of a model or a module. Frozen.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_port {
+    /** name of the tensor; the library's lives as long as the model or module */ pub name: *const c_char,
+    /** number of dimensions */ pub rank: u32,
+    /** SPLAT_PORT_ bits; 0 for a new module */ pub flags: u32,
+    /** elements, outermost first */ pub dims: [i64; 8],
+}
+
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_model_desc {
+    pub struct_size: u32,
+    /** SPLAT_MODEL_* */ pub flags: u32,
+    pub next: *const c_void,
+    /** text, JSON or YAML with the keys of Splatter Image; NULL: the cars model */ pub config: *const c_char,
+    /// objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch runs in
+    /// equal slices. A backward pass then repeats the forward pass of all slices but the last, and dropout differs
+    /// from that of an undivided batch
+    pub objects: u32,
+    /** 0: SPLAT_PRECISION_BALANCED */ pub precision: splat_precision,
+}
+
+/// What a model was made for, and what its latest pass gave.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_model_info {
+    pub struct_size: u32,
+    /** what it was created with, SPLAT_MODEL_ bits */ pub flags: u32,
+    /** objects per batch */ pub objects: u32,
+    /** input images of an object */ pub views: u32,
+    /** R: images have R x R pixels */ pub resolution: u32,
+    /** channels of the images that a pass takes */ pub channels: u32,
+    /** channels of "images": no plane of origin distances, nor of depths in scene units */ pub image_channels: u32,
+    /** channels of "raw" */ pub output_channels: u32,
+    /** M: Gaussians of an object */ pub gaussians: u32,
+    /** degree of the spherical harmonics; K = (sh_degree + 1)^2 */ pub sh_degree: u32,
+    /** length of a custom embedding; 0: none */ pub embedding_length: u32,
+    /** numbers of a token; 0: none */ pub token_dim: u32,
+    /** tokens of an image; 0: none */ pub tokens: u32,
+    /** passes of a batch */ pub slices: u32,
+    /** field of view, degrees; 0: each image has its focal lengths */ pub fov: f32,
+    pub reserved: u32,
+    /** numbers of all parameters */ pub parameters: u64,
+    /** numbers of parameters that a training changes */ pub trainable: u64,
+    /** Gaussians of the latest pass, over all objects; 0 before the first */ pub predicted: u64,
+    /** numbers of "raw" and of their attributes that are NaN or infinite */ pub non_finite: u64,
+    /** Gaussians of an opacity below 1/255, which no pixel shows */ pub faint: u64,
+}
+
+/// Counts are of numbers in the array beside them; 0: trusted.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_model_input {
+    pub struct_size: u32,
+    /** SPLAT_PASS_ bits */ pub flags: u32,
+    /** seed of dropout, used with step */ pub seed: u64,
+    /** the optimiser's step */ pub step: u32,
+    /** channels per image, checked against the configuration; 0: not checked */ pub channels: u32,
+    /** in the arrays, checked against the model's; 0: not checked */ pub objects: u32,
+    pub picture_count: u32,
+    /// images in the caller's layout, instead of `images`; the planes of an image may come from several pictures in
+    /// turn, such as RGB, then depth: N pictures or a multiple
+    pub pictures: *const splat_image,
+    /// \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance, or depth in scene units for the head
+    /// (model.head.positions)
+    pub images: *const f32,
+    pub images_count: u64,
+    /** \[N,4,4\] row vectors: p_world = p_view M; NULL: the identity */ pub view_to_world: *const f32,
+    pub view_to_world_count: u64,
+    /** \[N,4\] w x y z of that rotation; NULL with view_to_world */ pub quaternions: *const f32,
+    pub quaternions_count: u64,
+    /** \[N,2\] pixels; NULL unless the configuration's fov is 0 */ pub focals: *const f32,
+    pub focals_count: u64,
+    /** \[N,length\] of a custom embedding, else NULL */ pub embedding: *const f32,
+    pub embedding_count: u64,
+    /** \[N,token_dim,tokens\], else NULL */ pub tokens: *const f32,
+    pub tokens_count: u64,
+}
+
+/// Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers; 0: trusted.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_model_gradients {
+    pub struct_size: u32,
+    /** SPLAT_PASS_ bits */ pub flags: u32,
+    pub means: *const f32,
+    pub means_count: u64,
+    pub opacities: *const f32,
+    pub opacities_count: u64,
+    pub scales: *const f32,
+    pub scales_count: u64,
+    pub rotations: *const f32,
+    pub rotations_count: u64,
+    pub sh: *const f32,
+    pub sh_count: u64,
+}
+
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_module_desc {
+    pub struct_size: u32,
+    /** SPLAT_MODULE_* */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** a name of splat_op_list, or "residual_block" */ pub type_: *const c_char,
+    /** JSON object; NULL: defaults */ pub attributes: *const c_char,
+    /** with name, rank, dims */ pub ports: *const splat_port,
+    pub port_count: u32,
+    /** only for residual_block; conv2d has an attribute */ pub precision: splat_precision,
 }
 
 /// A number by its name. Frozen.
@@ -1975,16 +1999,16 @@ macro_rules! zeroed {
     };
 }
 zeroed! {
-    splat_image splat_similarity splat_camera splat_named_array splat_port splat_picture_source splat_picture
-    splat_picture_info splat_number splat_optimizer_item splat_optimizer_group splat_scores splat_ledger splat_score
+    splat_image splat_similarity splat_camera splat_picture_source splat_picture splat_picture_info splat_named_array
+    splat_port splat_number splat_optimizer_item splat_optimizer_group splat_scores splat_ledger splat_score
     splat_score_set splat_prior_maps ;  splat_decode_limits splat_device_info splat_device_desc splat_memory_info
     splat_tensor_desc splat_tensor_info splat_tensor_stats splat_co3d_desc splat_co3d_info splat_dataset_desc
     splat_dataset_views splat_dataset_import_desc splat_dataset_export_desc splat_synthetic_desc splat_scene_desc
     splat_scene_file_desc splat_scene_info splat_orbit_desc splat_camera_file_desc splat_camera_bytes
-    splat_weights_info splat_op_desc splat_model_desc splat_model_info splat_model_input splat_model_gradients
-    splat_module_desc splat_picture_cut_desc splat_predictor_desc splat_predictor_info splat_prediction
     splat_rasterizer_desc splat_gaussians_desc splat_gradients_desc splat_rasterizer_info splat_scene_render_desc
-    splat_image_info splat_image_scores splat_lpips_desc splat_group splat_run_event splat_optimizer_desc
+    splat_image_info splat_image_scores splat_lpips_desc splat_picture_cut_desc splat_predictor_desc
+    splat_predictor_info splat_prediction splat_group splat_weights_info splat_op_desc splat_model_desc
+    splat_model_info splat_model_input splat_model_gradients splat_module_desc splat_run_event splat_optimizer_desc
     splat_optimizer_info splat_trainer_desc splat_trainer_batch splat_trainer_info splat_training_desc
     splat_evaluator_desc splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary
     splat_compare_desc splat_comparison_info splat_metric_comparison splat_external_memory splat_fit_desc
@@ -2700,6 +2724,359 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
+    /// Create a rasterizer with its memory; the memory for intersections grows on demand.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      a field of desc outside its range, or flags that exclude each
+    ///                                     other
+    ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians, views or pixels than the device takes
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
+    /// ```
+    pub fn splat_rasterizer_create(
+        device: splat_device, desc: *const splat_rasterizer_desc, rasterizer: *mut splat_rasterizer
+    ) -> splat_result;
+
+    /// Create one more state: the memory of one forward call with its images and with what its backward call needs. A
+    /// rasterizer has one, for calls with state = NULL. With more, several forward calls stay alive, and their
+    /// backward calls come in any order. States of one rasterizer share the memory of gradients.
+    ///
+    /// Returns as splat_rasterizer_create.
+    pub fn splat_raster_state_create(rasterizer: splat_rasterizer, state: *mut splat_raster_state) -> splat_result;
+
+    /// Destroy a state. Its rasterizer may have been destroyed before.
+    ///
+    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_raster_state_destroy(state: splat_raster_state) -> splat_result;
+
+    /// ```text
+    /// Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are not
+    /// finite or have no extent are left out. It is drawn as the rasterizer's flags say; a warning is logged, once
+    /// for a scene, if splat_scene_info.drawn_as has bits that they lack. A scene keeps its packed copy on the device
+    /// for later calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer and
+    /// device are destroyed earlier.
+    /// state           of this rasterizer; NULL: its own
+    /// scene           n <= N Gaussians; bands beyond the rasterizer's degree are ignored
+    /// cameras         `count` = v <= V cameras of 1 x 1 to W x H pixels; may be NULL for 0
+    /// background      exactly 3 floats RGB; NULL = black
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or too large; a
+    ///                                     background that is not finite; more cameras or Gaussians than
+    ///                                     the rasterizer was made for; a state of another rasterizer; a
+    ///                                     tensor of another device or dtype; another number of tiles
+    ///   SPLAT_ERROR_INVALID_STATE         a tensor is mapped; a scene and direct colours
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        tensors, also of too many Gaussians: the message names one
+    ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+    ///   SPLAT_ERROR_DEVICE_LOST
+    /// After an error before the device starts, the last images stay; later ones leave none, and so does
+    /// an error of a call that made the memory anew.
+    /// ```
+    pub fn splat_rasterizer_forward_scene(
+        rasterizer: splat_rasterizer, state: splat_raster_state, scene: splat_scene, cameras: *const splat_camera,
+        count: u32, background: *const f32
+    ) -> splat_result;
+
+    /// ```text
+    /// Draw Gaussians that are tensors, or a scene whose views see ranges of it or have tiles that are off.
+    /// gaussians       tensors of the rasterizer's device; all NULL for n = 0
+    /// Other parameters and results as splat_rasterizer_forward_scene;
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      also for a scene and tensors, a range beyond the n Gaussians,
+    ///                                     another number of ranges than cameras, and ranges of more
+    ///                                     Gaussians in all than the rasterizer was made for
+    /// ```
+    pub fn splat_rasterizer_forward(
+        rasterizer: splat_rasterizer, state: splat_raster_state, gaussians: *const splat_gaussians_desc, cameras:
+        *const splat_camera, count: u32, background: *const f32
+    ) -> splat_result;
+
+    /// ```text
+    /// Copy an output of the last forward call, float32, to a tensor.
+    /// tensor    on the rasterizer's device, with the output's shape
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
+    ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
+    ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS, _IDS or
+    ///                                     _MEDIAN_DEPTH
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+    ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
+    /// ```
+    pub fn splat_rasterizer_output(
+        rasterizer: splat_rasterizer, state: splat_raster_state, output: splat_output, tensor: splat_tensor
+    ) -> splat_result;
+
+    /// ```text
+    /// Copy an output of the last forward call, float32, to host memory.
+    /// values    out, `bytes` bytes, at least those of the output; untouched on error
+    /// Returns as splat_rasterizer_output; SPLAT_ERROR_INVALID_ARGUMENT also for too few bytes.
+    /// ```
+    pub fn splat_rasterizer_read(
+        rasterizer: splat_rasterizer, state: splat_raster_state, output: splat_output, values: *mut f32, bytes: usize
+    ) -> splat_result;
+
+    /// ```text
+    /// Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once. 8 bits are 255 v
+    /// rounded and clamped, as in the files of splat_image_save. Linear colours become sRGB, of any type of pixels
+    /// (SPLAT_RASTERIZER_LINEAR_COLORS).
+    /// first     the first view
+    /// images    out, `count` images of W x H pixels: as many channels as the output, or for RGB four,
+    ///           of which the last is alpha (the colours stay over the background); untouched on error
+    /// Returns as splat_rasterizer_output, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      an output of Gaussians; views that were not drawn; an image
+    ///                                     that is too short, or has two samples in one place
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        an image of another size or number of channels
+    /// ```
+    pub fn splat_rasterizer_read_images(
+        rasterizer: splat_rasterizer, state: splat_raster_state, output: splat_output, first: u32, images: *const
+        splat_image, count: u32
+    ) -> splat_result;
+
+    /// ```text
+    /// Compute gradients at the inputs of the state's last forward call; in the shapes above, N and V
+    /// are that call's. The rasterizer keeps a copy of them. The tensors of the forward call may have
+    /// changed since: the state has its own copy.
+    /// Gradients of a scene are with respect to its activated attributes.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      desc; a tensor of another device or dtype; an output that is
+    ///                                     also another tensor of the call
+    ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a gradient
+    ///                                     that the rasterizer's flags do not include
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+    ///   SPLAT_ERROR_DEVICE_LOST; after the last two the gradients are undefined
+    /// ```
+    pub fn splat_rasterizer_backward(
+        rasterizer: splat_rasterizer, state: splat_raster_state, gradients: *const splat_gradients_desc
+    ) -> splat_result;
+
+    /// Describe the last forward call of a state; zeros before the first. Does not wait for a call that draws on
+    /// another thread.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
+    pub fn splat_rasterizer_get_info(
+        rasterizer: splat_rasterizer, state: splat_raster_state, info: *mut splat_rasterizer_info
+    ) -> splat_result;
+
+    /// Destroy a rasterizer; scenes, with their packed copies on the device, tensors and states stay.
+    ///
+    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_rasterizer_destroy(rasterizer: splat_rasterizer) -> splat_result;
+
+    /// ```text
+    /// Draw views of a scene, with all its bands and as its file says (splat_scene_info.drawn_as), into images,
+    /// one after the other; linear colours become sRGB. It makes a rasterizer
+    /// for the call: a program that draws again and again keeps one. Thread-safe.
+    /// device    NULL: the best one, opened for the call, which takes longer than to draw
+    /// cameras   `count`, each of its own size; may be NULL for 0
+    /// desc      NULL: RGB over black, else
+    /// images    out, `count`, each of its camera's size and with as many channels as the output, or for
+    ///           RGB four, of which the last is alpha; untouched after an error of an argument, after
+    ///           others some may be filled
+    /// Returns as splat_device_create, splat_rasterizer_create, splat_rasterizer_forward_scene and
+    ///   splat_rasterizer_read_images
+    /// ```
+    pub fn splat_scene_render(
+        scene: splat_scene, device: splat_device, cameras: *const splat_camera, count: u32, desc: *const
+        splat_scene_render_desc, images: *const splat_image
+    ) -> splat_result;
+
+    /// ```text
+    /// Read an image file: PNG, JPEG (turned as its Exif data says), WebP, binary PGM and PPM, or numbers:
+    /// PFM, and .npy [height,width], [height,width,channels] or [channels,height,width] of any plain type.
+    /// Values are as stored: no gamma, no colour profile.
+    /// image     in/out. With pixels NULL, width, height and channels are set from the file's header, a
+    ///           type of 0 becomes U8, or F32 for more than 8 bits, and bytes becomes the size of packed
+    ///           rows; nothing is decoded. With pixels, they are filled: width and height are the
+    ///           file's; gray fills RGB, and a missing alpha is opaque (not of .npy). Decode limits hold too
+    /// info      out, struct_size set; may be NULL
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        another size, or channels of the file have no place
+    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
+    ///   SPLAT_ERROR_FORMAT                damaged, truncated or no image; pixels may be partly written
+    ///   SPLAT_ERROR_UNSUPPORTED           CMYK, an animated WebP, a side above 16384, another type of
+    ///                                     .npy
+    /// ```
+    pub fn splat_image_load(
+        path: *const c_char, image: *mut splat_image, info: *mut splat_image_info
+    ) -> splat_result;
+
+    /// ```text
+    /// Read an image from the bytes of such a file.
+    /// data      in, `bytes` bytes
+    /// Returns as splat_image_load.
+    /// ```
+    pub fn splat_image_load_memory(
+        data: *const c_void, bytes: usize, image: *mut splat_image, info: *mut splat_image_info
+    ) -> splat_result;
+
+    /// ```text
+    /// Write an image by the extension of the path: .png or .npy. The file appears whole or not at all.
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
+    ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
+    ///   SPLAT_ERROR_IO                    the file cannot be written, e.g. the disk is full
+    ///   SPLAT_ERROR_UNSUPPORTED           another extension
+    /// ```
+    pub fn splat_image_save(path: *const c_char, image: *const splat_image) -> splat_result;
+
+    /// ```text
+    /// Write the same bytes to memory.
+    /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_PNG16 or SPLAT_IMAGE_NPY
+    /// needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
+    ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
+    /// Returns as splat_image_save, SPLAT_INCOMPLETE.
+    /// ```
+    pub fn splat_image_save_memory(
+        image: *const splat_image, format: splat_image_format, buffer: *mut c_void, capacity: usize, needed: *mut
+        usize
+    ) -> splat_result;
+
+    /// ```text
+    /// Write images of one size as an animation that repeats for ever, by the extension of the path:
+    /// .png (animated PNG), .gif or .webp.
+    /// frames        `count` images, at least one
+    /// milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, >= 20
+    /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif, and for a
+    ///   longer side than the format has.
+    /// ```
+    pub fn splat_image_save_animation(
+        path: *const c_char, frames: *const splat_image, count: u32, milliseconds: u32
+    ) -> splat_result;
+
+    /// ```text
+    /// Write the same bytes to memory.
+    /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_GIF or SPLAT_IMAGE_WEBP
+    /// Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory.
+    /// ```
+    pub fn splat_image_save_animation_memory(
+        frames: *const splat_image, count: u32, milliseconds: u32, format: splat_image_format, buffer: *mut c_void,
+        capacity: usize, needed: *mut usize
+    ) -> splat_result;
+
+    /// ```text
+    /// Compare two images in double precision: PSNR, and SSIM with a Gaussian window of 11 x 11 pixels
+    /// (standard deviation 1.5) on zero-padded images (Wang et al. 2004).
+    /// a, b      in, of one size; alpha counts as any other channel
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers that are not finite),
+    ///   SPLAT_ERROR_SHAPE_MISMATCH (two sizes)
+    /// ```
+    pub fn splat_image_compare(
+        a: *const splat_image, b: *const splat_image, scores: *mut splat_image_scores
+    ) -> splat_result;
+
+    /// Create the network of LPIPS.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor missing from all
+    /// files), SPLAT_ERROR_SHAPE_MISMATCH (a tensor of another network), SPLAT_ERROR_UNSUPPORTED (a side above
+    /// 16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+    /// SPLAT_ERROR_DEVICE_LOST
+    pub fn splat_lpips_create(
+        device: splat_device, desc: *const splat_lpips_desc, lpips: *mut splat_lpips
+    ) -> splat_result;
+
+    /// ```text
+    /// Measure the distance of two images with values nominally 0 to 1, not clamped; equal images have
+    /// 0. Within 1e-4 of PyTorch's.
+    /// a, b      in, RGB, of side x side pixels
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers
+    ///   that are not finite), SPLAT_ERROR_SHAPE_MISMATCH (another size), SPLAT_ERROR_TIMEOUT,
+    ///   SPLAT_ERROR_DEVICE_LOST
+    /// ```
+    pub fn splat_lpips_compare(
+        lpips: splat_lpips, a: *const splat_image, b: *const splat_image, value: *mut f64
+    ) -> splat_result;
+
+    /// Destroy it.
+    ///
+    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_lpips_destroy(lpips: splat_lpips) -> splat_result;
+
+    /// ```text
+    /// Cut a picture and its maps out as a predictor does, without a device.
+    /// info      out, may be NULL; it has no warnings of the field of view
+    /// Returns as splat_predictor_predict
+    /// ```
+    pub fn splat_picture_cut(
+        picture: *const splat_picture, desc: *const splat_picture_cut_desc, info: *mut splat_picture_info
+    ) -> splat_result;
+
+    /// ```text
+    /// Get the path of weights that come with the library: below its prefix, or in its build folder.
+    /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
+    ///           a picture with depth and normals
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
+    /// ```
+    pub fn splat_builtin_weights(
+        name: *const c_char, buffer: *mut c_char, capacity: usize, needed: *mut usize
+    ) -> splat_result;
+
+    /// ```text
+    /// Create a predictor. If the weights were trained with another field of view than data.fov, theirs
+    /// is used, with a warning in the report.
+    /// desc      NULL: the built-in weights
+    /// Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
+    ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
+    ///   or as splat_weights_load, splat_weights_fold and splat_model_create
+    /// ```
+    pub fn splat_predictor_create(
+        device: splat_device, desc: *const splat_predictor_desc, predictor: *mut splat_predictor
+    ) -> splat_result;
+
+    /// Describe a predictor.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
+    pub fn splat_predictor_get_info(predictor: splat_predictor, info: *mut splat_predictor_info) -> splat_result;
+
+    /// Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": \[sentences\], "ignored":
+    /// \[sentences on parts of the file that are not read\], "category", "metadata" (of the file), "load" (as
+    /// splat_model_report), "config"}.
+    ///
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_predictor_report(
+        predictor: splat_predictor, buffer: *mut c_char, capacity: usize, needed: *mut usize
+    ) -> splat_result;
+
+    /// ```text
+    /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
+    /// pictures    `count`, as many as the network has views
+    /// prediction  NULL: no facts
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
+    ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
+    ///                                  network needs and a picture lacks, or the other way round; maps
+    ///                                  of another size; an empty mask; pixels that do not fit,
+    ///                                  are not finite or not from 0 to 1 (splat_picture_source)
+    ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
+    /// ```
+    pub fn splat_predictor_predict(
+        predictor: splat_predictor, pictures: *const splat_picture, count: u32, scene: *mut splat_scene, prediction:
+        *mut splat_prediction
+    ) -> splat_result;
+
+    /// ```text
+    /// The same for an object of a data set that was opened with the predictor's resolution and
+    /// background.
+    /// views     `count` numbers of views; the network sees the first of them, as many as it takes. The
+    ///           cameras of `prediction` are those of all
+    /// Returns as splat_predictor_predict and splat_dataset_read
+    /// ```
+    pub fn splat_predictor_predict_object(
+        predictor: splat_predictor, dataset: splat_dataset, object: u32, views: *const u32, count: u32, scene: *mut
+        splat_scene, prediction: *mut splat_prediction
+    ) -> splat_result;
+
+    /// Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms", "network_ms",
+    /// "pictures": \[{"width", "height", "mask" ("mask", "alpha", "border", "nothing"), "square", "focal", "fov",
+    /// "warnings": \[sentences\]}\]}.
+    ///
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).
+    pub fn splat_prediction_report(
+        prediction: *const splat_prediction, buffer: *mut c_char, capacity: usize, needed: *mut usize
+    ) -> splat_result;
+
+    /// Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_predictor_destroy(predictor: splat_predictor) -> splat_result;
+
+    /// ```text
     /// Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
     /// its contents. Values that are not finite are kept.
     /// path      or a name of splat_builtin_weights, such as "cars64", where no file is called so
@@ -2917,7 +3294,7 @@ extern "C" {
     /// ```text
     /// Get a tensor that shares the model's memory, float32 and row-major, by name:
     ///   inputs      "images" [N,image_channels,R,R], "view_to_world" [N,4,4], "quaternions" [N,4],
-    ///               "focals" [N,2], "origin_distance" [N], "embedding", "tokens", as far as the
+    ///               "focals" [N,2], "origin_distance" [N], "depths" [N,R,R], "embedding", "tokens", as far as the
     ///               configuration has them; at first zeros, identity poses and focal lengths of R
     ///   outputs     as in splat_model_read; undefined before the first pass
     ///   parameters  the names of the state dict
@@ -3066,358 +3443,6 @@ extern "C" {
 
     /// Destroy a module. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_module_destroy(module: splat_module) -> splat_result;
-
-    /// ```text
-    /// Cut a picture and its maps out as a predictor does, without a device.
-    /// info      out, may be NULL; it has no warnings of the field of view
-    /// Returns as splat_predictor_predict
-    /// ```
-    pub fn splat_picture_cut(
-        picture: *const splat_picture, desc: *const splat_picture_cut_desc, info: *mut splat_picture_info
-    ) -> splat_result;
-
-    /// ```text
-    /// Get the path of weights that come with the library: below its prefix, or in its build folder.
-    /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
-    ///           a picture with depth and normals
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
-    /// ```
-    pub fn splat_builtin_weights(
-        name: *const c_char, buffer: *mut c_char, capacity: usize, needed: *mut usize
-    ) -> splat_result;
-
-    /// ```text
-    /// Create a predictor. If the weights were trained with another field of view than data.fov, theirs
-    /// is used, with a warning in the report.
-    /// desc      NULL: the built-in weights
-    /// Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
-    ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
-    ///   or as splat_weights_load, splat_weights_fold and splat_model_create
-    /// ```
-    pub fn splat_predictor_create(
-        device: splat_device, desc: *const splat_predictor_desc, predictor: *mut splat_predictor
-    ) -> splat_result;
-
-    /// Describe a predictor.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
-    pub fn splat_predictor_get_info(predictor: splat_predictor, info: *mut splat_predictor_info) -> splat_result;
-
-    /// Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": \[sentences\], "ignored":
-    /// \[sentences on parts of the file that are not read\], "category", "metadata" (of the file), "load" (as
-    /// splat_model_report), "config"}.
-    ///
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_predictor_report(
-        predictor: splat_predictor, buffer: *mut c_char, capacity: usize, needed: *mut usize
-    ) -> splat_result;
-
-    /// ```text
-    /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
-    /// pictures    `count`, as many as the network has views
-    /// prediction  NULL: no facts
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
-    ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
-    ///                                  network needs and a picture lacks, or the other way round; maps
-    ///                                  of another size; an empty mask; pixels that do not fit,
-    ///                                  are not finite or not from 0 to 1 (splat_picture_source)
-    ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
-    /// ```
-    pub fn splat_predictor_predict(
-        predictor: splat_predictor, pictures: *const splat_picture, count: u32, scene: *mut splat_scene, prediction:
-        *mut splat_prediction
-    ) -> splat_result;
-
-    /// ```text
-    /// The same for an object of a data set that was opened with the predictor's resolution and
-    /// background.
-    /// views     `count` numbers of views; the network sees the first of them, as many as it takes. The
-    ///           cameras of `prediction` are those of all
-    /// Returns as splat_predictor_predict and splat_dataset_read
-    /// ```
-    pub fn splat_predictor_predict_object(
-        predictor: splat_predictor, dataset: splat_dataset, object: u32, views: *const u32, count: u32, scene: *mut
-        splat_scene, prediction: *mut splat_prediction
-    ) -> splat_result;
-
-    /// Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms", "network_ms",
-    /// "pictures": \[{"width", "height", "mask" ("mask", "alpha", "border", "nothing"), "square", "focal", "fov",
-    /// "warnings": \[sentences\]}\]}.
-    ///
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).
-    pub fn splat_prediction_report(
-        prediction: *const splat_prediction, buffer: *mut c_char, capacity: usize, needed: *mut usize
-    ) -> splat_result;
-
-    /// Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_predictor_destroy(predictor: splat_predictor) -> splat_result;
-
-    /// ```text
-    /// Create a rasterizer with its memory; the memory for intersections grows on demand.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      a field of desc outside its range, or flags that exclude each
-    ///                                     other
-    ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians, views or pixels than the device takes
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
-    /// ```
-    pub fn splat_rasterizer_create(
-        device: splat_device, desc: *const splat_rasterizer_desc, rasterizer: *mut splat_rasterizer
-    ) -> splat_result;
-
-    /// Create one more state: the memory of one forward call with its images and with what its backward call needs. A
-    /// rasterizer has one, for calls with state = NULL. With more, several forward calls stay alive, and their
-    /// backward calls come in any order. States of one rasterizer share the memory of gradients.
-    ///
-    /// Returns as splat_rasterizer_create.
-    pub fn splat_raster_state_create(rasterizer: splat_rasterizer, state: *mut splat_raster_state) -> splat_result;
-
-    /// Destroy a state. Its rasterizer may have been destroyed before.
-    ///
-    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_raster_state_destroy(state: splat_raster_state) -> splat_result;
-
-    /// ```text
-    /// Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are not
-    /// finite or have no extent are left out. It is drawn as the rasterizer's flags say; a warning is logged, once
-    /// for a scene, if splat_scene_info.drawn_as has bits that they lack. A scene keeps its packed copy on the device
-    /// for later calls. The copy keeps the device open until the scene is changed or destroyed, even if rasterizer and
-    /// device are destroyed earlier.
-    /// state           of this rasterizer; NULL: its own
-    /// scene           n <= N Gaussians; bands beyond the rasterizer's degree are ignored
-    /// cameras         `count` = v <= V cameras of 1 x 1 to W x H pixels; may be NULL for 0
-    /// background      exactly 3 floats RGB; NULL = black
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or too large; a
-    ///                                     background that is not finite; more cameras or Gaussians than
-    ///                                     the rasterizer was made for; a state of another rasterizer; a
-    ///                                     tensor of another device or dtype; another number of tiles
-    ///   SPLAT_ERROR_INVALID_STATE         a tensor is mapped; a scene and direct colours
-    ///   SPLAT_ERROR_SHAPE_MISMATCH        tensors, also of too many Gaussians: the message names one
-    ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
-    ///   SPLAT_ERROR_DEVICE_LOST
-    /// After an error before the device starts, the last images stay; later ones leave none, and so does
-    /// an error of a call that made the memory anew.
-    /// ```
-    pub fn splat_rasterizer_forward_scene(
-        rasterizer: splat_rasterizer, state: splat_raster_state, scene: splat_scene, cameras: *const splat_camera,
-        count: u32, background: *const f32
-    ) -> splat_result;
-
-    /// ```text
-    /// Draw Gaussians that are tensors, or a scene whose views see ranges of it or have tiles that are off.
-    /// gaussians       tensors of the rasterizer's device; all NULL for n = 0
-    /// Other parameters and results as splat_rasterizer_forward_scene;
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      also for a scene and tensors, a range beyond the n Gaussians,
-    ///                                     another number of ranges than cameras, and ranges of more
-    ///                                     Gaussians in all than the rasterizer was made for
-    /// ```
-    pub fn splat_rasterizer_forward(
-        rasterizer: splat_rasterizer, state: splat_raster_state, gaussians: *const splat_gaussians_desc, cameras:
-        *const splat_camera, count: u32, background: *const f32
-    ) -> splat_result;
-
-    /// ```text
-    /// Copy an output of the last forward call, float32, to a tensor.
-    /// tensor    on the rasterizer's device, with the output's shape
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
-    ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
-    ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
-    ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
-    /// ```
-    pub fn splat_rasterizer_output(
-        rasterizer: splat_rasterizer, state: splat_raster_state, output: splat_output, tensor: splat_tensor
-    ) -> splat_result;
-
-    /// ```text
-    /// Copy an output of the last forward call, float32, to host memory.
-    /// values    out, `bytes` bytes, at least those of the output; untouched on error
-    /// Returns as splat_rasterizer_output; SPLAT_ERROR_INVALID_ARGUMENT also for too few bytes.
-    /// ```
-    pub fn splat_rasterizer_read(
-        rasterizer: splat_rasterizer, state: splat_raster_state, output: splat_output, values: *mut f32, bytes: usize
-    ) -> splat_result;
-
-    /// ```text
-    /// Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once. 8 bits are 255 v
-    /// rounded and clamped, as in the files of splat_image_save. Linear colours become sRGB, of any type of pixels
-    /// (SPLAT_RASTERIZER_LINEAR_COLORS).
-    /// first     the first view
-    /// images    out, `count` images of W x H pixels: as many channels as the output, or for RGB four,
-    ///           of which the last is alpha (the colours stay over the background); untouched on error
-    /// Returns as splat_rasterizer_output, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      an output of Gaussians; views that were not drawn; an image
-    ///                                     that is too short, or has two samples in one place
-    ///   SPLAT_ERROR_SHAPE_MISMATCH        an image of another size or number of channels
-    /// ```
-    pub fn splat_rasterizer_read_images(
-        rasterizer: splat_rasterizer, state: splat_raster_state, output: splat_output, first: u32, images: *const
-        splat_image, count: u32
-    ) -> splat_result;
-
-    /// ```text
-    /// Compute gradients at the inputs of the state's last forward call; in the shapes above, N and V
-    /// are that call's. The rasterizer keeps a copy of them. The tensors of the forward call may have
-    /// changed since: the state has its own copy.
-    /// Gradients of a scene are with respect to its activated attributes.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      desc; a tensor of another device or dtype; an output that is
-    ///                                     also another tensor of the call
-    ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a gradient
-    ///                                     that the rasterizer's flags do not include
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
-    ///   SPLAT_ERROR_DEVICE_LOST; after the last two the gradients are undefined
-    /// ```
-    pub fn splat_rasterizer_backward(
-        rasterizer: splat_rasterizer, state: splat_raster_state, gradients: *const splat_gradients_desc
-    ) -> splat_result;
-
-    /// Describe the last forward call of a state; zeros before the first. Does not wait for a call that draws on
-    /// another thread.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-    pub fn splat_rasterizer_get_info(
-        rasterizer: splat_rasterizer, state: splat_raster_state, info: *mut splat_rasterizer_info
-    ) -> splat_result;
-
-    /// Destroy a rasterizer; scenes, with their packed copies on the device, tensors and states stay.
-    ///
-    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_rasterizer_destroy(rasterizer: splat_rasterizer) -> splat_result;
-
-    /// ```text
-    /// Draw views of a scene, with all its bands and as its file says (splat_scene_info.drawn_as), into images,
-    /// one after the other; linear colours become sRGB. It makes a rasterizer
-    /// for the call: a program that draws again and again keeps one. Thread-safe.
-    /// device    NULL: the best one, opened for the call, which takes longer than to draw
-    /// cameras   `count`, each of its own size; may be NULL for 0
-    /// desc      NULL: RGB over black, else
-    /// images    out, `count`, each of its camera's size and with as many channels as the output, or for
-    ///           RGB four, of which the last is alpha; untouched after an error of an argument, after
-    ///           others some may be filled
-    /// Returns as splat_device_create, splat_rasterizer_create, splat_rasterizer_forward_scene and
-    ///   splat_rasterizer_read_images
-    /// ```
-    pub fn splat_scene_render(
-        scene: splat_scene, device: splat_device, cameras: *const splat_camera, count: u32, desc: *const
-        splat_scene_render_desc, images: *const splat_image
-    ) -> splat_result;
-
-    /// ```text
-    /// Read an image file: PNG, JPEG (turned as its Exif data says), WebP, binary PGM and PPM, or numbers:
-    /// PFM, and .npy [height,width], [height,width,channels] or [channels,height,width] of any plain type.
-    /// Values are as stored: no gamma, no colour profile.
-    /// image     in/out. With pixels NULL, width, height and channels are set from the file's header, a
-    ///           type of 0 becomes U8, or F32 for more than 8 bits, and bytes becomes the size of packed
-    ///           rows; nothing is decoded. With pixels, they are filled: width and height are the
-    ///           file's; gray fills RGB, and a missing alpha is opaque (not of .npy). Decode limits hold too
-    /// info      out, struct_size set; may be NULL
-    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
-    ///   SPLAT_ERROR_SHAPE_MISMATCH        another size, or channels of the file have no place
-    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
-    ///   SPLAT_ERROR_FORMAT                damaged, truncated or no image; pixels may be partly written
-    ///   SPLAT_ERROR_UNSUPPORTED           CMYK, an animated WebP, a side above 16384, another type of
-    ///                                     .npy
-    /// ```
-    pub fn splat_image_load(
-        path: *const c_char, image: *mut splat_image, info: *mut splat_image_info
-    ) -> splat_result;
-
-    /// ```text
-    /// Read an image from the bytes of such a file.
-    /// data      in, `bytes` bytes
-    /// Returns as splat_image_load.
-    /// ```
-    pub fn splat_image_load_memory(
-        data: *const c_void, bytes: usize, image: *mut splat_image, info: *mut splat_image_info
-    ) -> splat_result;
-
-    /// ```text
-    /// Write an image by the extension of the path: .png or .npy. The file appears whole or not at all.
-    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
-    ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
-    ///   SPLAT_ERROR_IO                    the file cannot be written, e.g. the disk is full
-    ///   SPLAT_ERROR_UNSUPPORTED           another extension
-    /// ```
-    pub fn splat_image_save(path: *const c_char, image: *const splat_image) -> splat_result;
-
-    /// ```text
-    /// Write the same bytes to memory.
-    /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_PNG16 or SPLAT_IMAGE_NPY
-    /// needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
-    ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
-    /// Returns as splat_image_save, SPLAT_INCOMPLETE.
-    /// ```
-    pub fn splat_image_save_memory(
-        image: *const splat_image, format: splat_image_format, buffer: *mut c_void, capacity: usize, needed: *mut
-        usize
-    ) -> splat_result;
-
-    /// ```text
-    /// Write images of one size as an animation that repeats for ever, by the extension of the path:
-    /// .png (animated PNG), .gif or .webp.
-    /// frames        `count` images, at least one
-    /// milliseconds  for each frame; 1 to 65535; in a .gif rounded to 10 ms, >= 20
-    /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif, and for a
-    ///   longer side than the format has.
-    /// ```
-    pub fn splat_image_save_animation(
-        path: *const c_char, frames: *const splat_image, count: u32, milliseconds: u32
-    ) -> splat_result;
-
-    /// ```text
-    /// Write the same bytes to memory.
-    /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_GIF or SPLAT_IMAGE_WEBP
-    /// Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory.
-    /// ```
-    pub fn splat_image_save_animation_memory(
-        frames: *const splat_image, count: u32, milliseconds: u32, format: splat_image_format, buffer: *mut c_void,
-        capacity: usize, needed: *mut usize
-    ) -> splat_result;
-
-    /// ```text
-    /// Compare two images in double precision: PSNR, and SSIM with a Gaussian window of 11 x 11 pixels
-    /// (standard deviation 1.5) on zero-padded images (Wang et al. 2004).
-    /// a, b      in, of one size; alpha counts as any other channel
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers that are not finite),
-    ///   SPLAT_ERROR_SHAPE_MISMATCH (two sizes)
-    /// ```
-    pub fn splat_image_compare(
-        a: *const splat_image, b: *const splat_image, scores: *mut splat_image_scores
-    ) -> splat_result;
-
-    /// Create the network of LPIPS.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor missing from all
-    /// files), SPLAT_ERROR_SHAPE_MISMATCH (a tensor of another network), SPLAT_ERROR_UNSUPPORTED (a side above
-    /// 16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
-    /// SPLAT_ERROR_DEVICE_LOST
-    pub fn splat_lpips_create(
-        device: splat_device, desc: *const splat_lpips_desc, lpips: *mut splat_lpips
-    ) -> splat_result;
-
-    /// ```text
-    /// Measure the distance of two images with values nominally 0 to 1, not clamped; equal images have
-    /// 0. Within 1e-4 of PyTorch's.
-    /// a, b      in, RGB, of side x side pixels
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers
-    ///   that are not finite), SPLAT_ERROR_SHAPE_MISMATCH (another size), SPLAT_ERROR_TIMEOUT,
-    ///   SPLAT_ERROR_DEVICE_LOST
-    /// ```
-    pub fn splat_lpips_compare(
-        lpips: splat_lpips, a: *const splat_image, b: *const splat_image, value: *mut f64
-    ) -> splat_result;
-
-    /// Destroy it.
-    ///
-    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_lpips_destroy(lpips: splat_lpips) -> splat_result;
 
     /// ```text
     /// Do the next piece of work: a step, one piece of a validation, a saved state. After the end it gives
@@ -4277,6 +4302,22 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_orbit_desc", false, std::mem::size_of::<splat_orbit_desc>()),
     ("splat_camera_file_desc", false, std::mem::size_of::<splat_camera_file_desc>()),
     ("splat_camera_bytes", false, std::mem::size_of::<splat_camera_bytes>()),
+    ("splat_rasterizer_desc", false, std::mem::size_of::<splat_rasterizer_desc>()),
+    ("splat_gaussians_desc", false, std::mem::size_of::<splat_gaussians_desc>()),
+    ("splat_gradients_desc", false, std::mem::size_of::<splat_gradients_desc>()),
+    ("splat_rasterizer_info", false, std::mem::size_of::<splat_rasterizer_info>()),
+    ("splat_scene_render_desc", false, std::mem::size_of::<splat_scene_render_desc>()),
+    ("splat_image_info", false, std::mem::size_of::<splat_image_info>()),
+    ("splat_image_scores", false, std::mem::size_of::<splat_image_scores>()),
+    ("splat_lpips_desc", false, std::mem::size_of::<splat_lpips_desc>()),
+    ("splat_picture_source", true, std::mem::size_of::<splat_picture_source>()),
+    ("splat_picture", true, std::mem::size_of::<splat_picture>()),
+    ("splat_picture_info", true, std::mem::size_of::<splat_picture_info>()),
+    ("splat_picture_cut_desc", false, std::mem::size_of::<splat_picture_cut_desc>()),
+    ("splat_predictor_desc", false, std::mem::size_of::<splat_predictor_desc>()),
+    ("splat_predictor_info", false, std::mem::size_of::<splat_predictor_info>()),
+    ("splat_prediction", false, std::mem::size_of::<splat_prediction>()),
+    ("splat_group", false, std::mem::size_of::<splat_group>()),
     ("splat_weights_info", false, std::mem::size_of::<splat_weights_info>()),
     ("splat_named_array", true, std::mem::size_of::<splat_named_array>()),
     ("splat_op_desc", false, std::mem::size_of::<splat_op_desc>()),
@@ -4286,22 +4327,6 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_model_input", false, std::mem::size_of::<splat_model_input>()),
     ("splat_model_gradients", false, std::mem::size_of::<splat_model_gradients>()),
     ("splat_module_desc", false, std::mem::size_of::<splat_module_desc>()),
-    ("splat_picture_source", true, std::mem::size_of::<splat_picture_source>()),
-    ("splat_picture", true, std::mem::size_of::<splat_picture>()),
-    ("splat_picture_info", true, std::mem::size_of::<splat_picture_info>()),
-    ("splat_picture_cut_desc", false, std::mem::size_of::<splat_picture_cut_desc>()),
-    ("splat_predictor_desc", false, std::mem::size_of::<splat_predictor_desc>()),
-    ("splat_predictor_info", false, std::mem::size_of::<splat_predictor_info>()),
-    ("splat_prediction", false, std::mem::size_of::<splat_prediction>()),
-    ("splat_rasterizer_desc", false, std::mem::size_of::<splat_rasterizer_desc>()),
-    ("splat_gaussians_desc", false, std::mem::size_of::<splat_gaussians_desc>()),
-    ("splat_gradients_desc", false, std::mem::size_of::<splat_gradients_desc>()),
-    ("splat_rasterizer_info", false, std::mem::size_of::<splat_rasterizer_info>()),
-    ("splat_scene_render_desc", false, std::mem::size_of::<splat_scene_render_desc>()),
-    ("splat_image_info", false, std::mem::size_of::<splat_image_info>()),
-    ("splat_image_scores", false, std::mem::size_of::<splat_image_scores>()),
-    ("splat_lpips_desc", false, std::mem::size_of::<splat_lpips_desc>()),
-    ("splat_group", false, std::mem::size_of::<splat_group>()),
     ("splat_number", true, std::mem::size_of::<splat_number>()),
     ("splat_run_event", false, std::mem::size_of::<splat_run_event>()),
     ("splat_optimizer_item", true, std::mem::size_of::<splat_optimizer_item>()),
@@ -4421,6 +4446,45 @@ mod tests {
         4;);
         layout!(splat_camera_bytes, 40, 8, struct_size: 0, 4; reserved: 4, 4; cameras: 8, 8; camera_bytes: 16, 8;
         images: 24, 8; image_bytes: 32, 8;);
+        layout!(splat_rasterizer_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; gaussians: 16, 4; views: 20,
+        4; width: 24, 4; height: 28, 4; sh_degree: 32, 4; disabled_skips: 36, 4; convention: 40, 4; near_plane: 44, 4;
+        far_plane: 48, 4; items: 52, 4;);
+        layout!(splat_gaussians_desc, 104, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; means: 16, 8; scales: 24, 8;
+        rotations: 32, 8; opacities: 40, 8; sh: 48, 8; colors: 56, 8; active_tiles: 64, 8; active_tile_count: 72, 8;
+        view_ranges: 80, 8; view_range_count: 88, 8; scene: 96, 8;);
+        layout!(splat_gradients_desc, 128, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; grad_rgb: 16, 8; grad_alpha:
+        24, 8; grad_depth: 32, 8; grad_means: 40, 8; grad_scales: 48, 8; grad_rotations: 56, 8; grad_opacities: 64, 8;
+        grad_sh: 72, 8; grad_colors: 80, 8; grad_means2d: 88, 8; grad_means2d_abs: 96, 8; grad_world_to_camera: 104,
+        8; grad_intrinsics: 112, 8; contributions: 120, 8;);
+        layout!(splat_rasterizer_info, 88, 8, struct_size: 0, 4; passes: 4, 4; visible: 8, 8; pairs: 16, 8; longest:
+        24, 8; tiles: 32, 8; empty_tiles: 40, 8; bytes: 48, 8; runs: 56, 4; gaussians: 60, 4; views: 64, 4; items: 68,
+        4; culled: 72, 8; non_finite: 80, 8;);
+        layout!(splat_scene_render_desc, 40, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; output: 16, 4; convention:
+        20, 4; background: 24, 12; as_given: 36, 4;);
+        layout!(splat_image_info, 16, 8, struct_size: 0, 4; bits: 4, 4; focal: 8, 8;);
+        layout!(splat_image_scores, 32, 8, struct_size: 0, 4; reserved: 4, 4; squared_error: 8, 8; psnr: 16, 8; ssim:
+        24, 8;);
+        layout!(splat_lpips_desc, 32, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; weights: 16, 8; weight_count: 24,
+        4; side: 28, 4;);
+        layout!(splat_picture_source, 64, 8, path: 0, 8; pixels: 8, 56;);
+        layout!(splat_picture, 440, 8, image: 0, 64; mask: 64, 64; depth: 128, 64; normal: 192, 64; flags: 256, 4;
+        foreground: 260, 4; focal: 264, 8; origin_distance: 272, 8; world_to_camera: 280, 128; embedding: 408, 8;
+        embedding_count: 416, 8; tokens: 424, 8; token_count: 432, 8;);
+        layout!(splat_picture_info, 56, 8, width: 0, 4; height: 4, 4; found: 8, 4; warnings: 12, 4; square: 16, 24;
+        focal: 40, 8; fov_degrees: 48, 8;);
+        layout!(splat_picture_cut_desc, 256, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; resolution: 16, 4;
+        background: 20, 12; image: 32, 56; mask: 88, 56; depth: 144, 56; normal: 200, 56;);
+        layout!(splat_predictor_desc, 72, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; weights_path: 16, 8; weights:
+        24, 8; config: 32, 8; adapters_path: 40, 8; adapters: 48, 8; adapters_alpha: 56, 8; aggregate: 64, 4;
+        convention: 68, 4;);
+        layout!(splat_predictor_info, 80, 8, struct_size: 0, 4; views: 4, 4; resolution: 8, 4; channels: 12, 4; depth:
+        16, 4; normal: 20, 4; mask: 24, 4; origin_distance: 28, 4; gaussians: 32, 8; sh_degree: 40, 4; background: 44,
+        12; fov_degrees: 56, 8; category: 64, 8; whole: 72, 4; reserved: 76, 4;);
+        layout!(splat_prediction, 96, 8, struct_size: 0, 4; camera_capacity: 4, 4; cameras: 8, 8; pictures: 16, 8;
+        picture_capacity: 24, 4; camera_count: 28, 4; picture_count: 32, 4; reserved: 36, 4; inputs: 40, 8;
+        input_capacity: 48, 8; gaussians: 56, 8; not_finite: 64, 8; faint: 72, 8; read_ms: 80, 8; network_ms: 88, 8;);
+        layout!(splat_group, 64, 8, struct_size: 0, 4; rank: 4, 4; count: 8, 4; reserved: 12, 4; user: 16, 8;
+        send_receive: 24, 8; broadcast: 32, 8; barrier: 40, 8; sum: 48, 8; describe: 56, 8;);
         layout!(splat_weights_info, 96, 8, struct_size: 0, 4; rank: 4, 4; dims: 8, 64; elements: 72, 8; name: 80, 8;
         dtype: 88, 8;);
         layout!(splat_named_array, 96, 8, name: 0, 8; values: 8, 8; value_count: 16, 8; dims: 24, 64; rank: 88, 4;
@@ -4444,44 +4508,6 @@ mod tests {
         rotations_count: 64, 8; sh: 72, 8; sh_count: 80, 8;);
         layout!(splat_module_desc, 48, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; type_: 16, 8; attributes: 24, 8;
         ports: 32, 8; port_count: 40, 4; precision: 44, 4;);
-        layout!(splat_picture_source, 64, 8, path: 0, 8; pixels: 8, 56;);
-        layout!(splat_picture, 440, 8, image: 0, 64; mask: 64, 64; depth: 128, 64; normal: 192, 64; flags: 256, 4;
-        foreground: 260, 4; focal: 264, 8; origin_distance: 272, 8; world_to_camera: 280, 128; embedding: 408, 8;
-        embedding_count: 416, 8; tokens: 424, 8; token_count: 432, 8;);
-        layout!(splat_picture_info, 56, 8, width: 0, 4; height: 4, 4; found: 8, 4; warnings: 12, 4; square: 16, 24;
-        focal: 40, 8; fov_degrees: 48, 8;);
-        layout!(splat_picture_cut_desc, 256, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; resolution: 16, 4;
-        background: 20, 12; image: 32, 56; mask: 88, 56; depth: 144, 56; normal: 200, 56;);
-        layout!(splat_predictor_desc, 64, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; weights_path: 16, 8; weights:
-        24, 8; config: 32, 8; adapters_path: 40, 8; adapters: 48, 8; adapters_alpha: 56, 8;);
-        layout!(splat_predictor_info, 72, 8, struct_size: 0, 4; views: 4, 4; resolution: 8, 4; channels: 12, 4; depth:
-        16, 4; normal: 20, 4; mask: 24, 4; origin_distance: 28, 4; gaussians: 32, 8; sh_degree: 40, 4; background: 44,
-        12; fov_degrees: 56, 8; category: 64, 8;);
-        layout!(splat_prediction, 96, 8, struct_size: 0, 4; camera_capacity: 4, 4; cameras: 8, 8; pictures: 16, 8;
-        picture_capacity: 24, 4; camera_count: 28, 4; picture_count: 32, 4; reserved: 36, 4; inputs: 40, 8;
-        input_capacity: 48, 8; gaussians: 56, 8; not_finite: 64, 8; faint: 72, 8; read_ms: 80, 8; network_ms: 88, 8;);
-        layout!(splat_rasterizer_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; gaussians: 16, 4; views: 20,
-        4; width: 24, 4; height: 28, 4; sh_degree: 32, 4; disabled_skips: 36, 4; convention: 40, 4; near_plane: 44, 4;
-        far_plane: 48, 4; items: 52, 4;);
-        layout!(splat_gaussians_desc, 104, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; means: 16, 8; scales: 24, 8;
-        rotations: 32, 8; opacities: 40, 8; sh: 48, 8; colors: 56, 8; active_tiles: 64, 8; active_tile_count: 72, 8;
-        view_ranges: 80, 8; view_range_count: 88, 8; scene: 96, 8;);
-        layout!(splat_gradients_desc, 128, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; grad_rgb: 16, 8; grad_alpha:
-        24, 8; grad_depth: 32, 8; grad_means: 40, 8; grad_scales: 48, 8; grad_rotations: 56, 8; grad_opacities: 64, 8;
-        grad_sh: 72, 8; grad_colors: 80, 8; grad_means2d: 88, 8; grad_means2d_abs: 96, 8; grad_world_to_camera: 104,
-        8; grad_intrinsics: 112, 8; contributions: 120, 8;);
-        layout!(splat_rasterizer_info, 88, 8, struct_size: 0, 4; passes: 4, 4; visible: 8, 8; pairs: 16, 8; longest:
-        24, 8; tiles: 32, 8; empty_tiles: 40, 8; bytes: 48, 8; runs: 56, 4; gaussians: 60, 4; views: 64, 4; items: 68,
-        4; culled: 72, 8; non_finite: 80, 8;);
-        layout!(splat_scene_render_desc, 40, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; output: 16, 4; convention:
-        20, 4; background: 24, 12; as_given: 36, 4;);
-        layout!(splat_image_info, 16, 8, struct_size: 0, 4; bits: 4, 4; focal: 8, 8;);
-        layout!(splat_image_scores, 32, 8, struct_size: 0, 4; reserved: 4, 4; squared_error: 8, 8; psnr: 16, 8; ssim:
-        24, 8;);
-        layout!(splat_lpips_desc, 32, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; weights: 16, 8; weight_count: 24,
-        4; side: 28, 4;);
-        layout!(splat_group, 64, 8, struct_size: 0, 4; rank: 4, 4; count: 8, 4; reserved: 12, 4; user: 16, 8;
-        send_receive: 24, 8; broadcast: 32, 8; barrier: 40, 8; sum: 48, 8; describe: 56, 8;);
         layout!(splat_number, 16, 8, name: 0, 8; value: 8, 8;);
         layout!(splat_run_event, 160, 8, struct_size: 0, 4; kind: 4, 4; text: 8, 8; warning: 16, 4; updated: 20, 4;
         logged: 24, 4; reserved: 28, 4; step: 32, 8; attempts: 40, 8; iterations: 48, 8; skipped: 56, 8; peak_bytes:

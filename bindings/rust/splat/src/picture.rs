@@ -28,7 +28,7 @@ pub struct Picture<'a> {
     /// The object's mask; none: an alpha that is not opaque everywhere, else what differs from the
     /// colour of the border.
     pub mask: PictureSource<'a>,
-    /// Where the network takes it; larger is nearer, at any scale.
+    /// Where the network takes it; larger is nearer, or as model.head.depth_maps says, at any scale.
     pub depth: PictureSource<'a>,
     /// Where the network takes it; (normal + 1) / 2, in the camera's axes.
     pub normal: PictureSource<'a>,

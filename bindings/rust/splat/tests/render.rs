@@ -205,7 +205,8 @@ fn gradients_come_back_for_each_state() {
 fn smaller_views_tiles_and_what_gaussians_add() {
     let scene = scene(50);
     let flags =
-        RasterizerFlags::GRAD_INTRINSICS | RasterizerFlags::CONTRIBUTIONS | RasterizerFlags::IDS;
+        RasterizerFlags::GRAD_INTRINSICS | RasterizerFlags::CONTRIBUTIONS | RasterizerFlags::IDS
+            | RasterizerFlags::MEDIAN_DEPTH;
     let desc = RasterizerDesc { flags, convention: Convention::GSPLAT, ..Default::default() };
     let rasterizer = rasterizer(device(), desc);
     let tensors = tensors_of(&scene);
@@ -216,6 +217,8 @@ fn smaller_views_tiles_and_what_gaussians_add() {
     assert!(alpha.iter().any(|a| *a > 0.0));
     let ids = rasterizer.to_vec(None, Output::IDS).unwrap();
     assert!(ids.iter().zip(&alpha).all(|(id, a)| (*id >= 0.0) == (*a > 0.0)));
+    let median = rasterizer.to_vec(None, Output::MEDIAN_DEPTH).unwrap();
+    assert!(median.iter().zip(&alpha).all(|(z, a)| (*z > 0.0) == (*a > 0.0)));
     let ones = Tensor::from_slice(device(), &[1, 32, 48, 3], &vec![1.0_f32; 32 * 48 * 3]).unwrap();
     let intrinsics = Tensor::from_slice(device(), &[1, 4], &[0.0_f32; 4]).unwrap();
     let contributions = Tensor::from_slice(device(), &[50, 2], &[0.0_f32; 100]).unwrap();
