@@ -24,7 +24,8 @@ const float kRayEverywhere = 1e30;
 struct RayForm {
     vec4 l;    // l11, l21, l22, f22 per pixel; l of D^2 / 2 in log2 units
     vec4 e;    // e1, e2 at the mean, f11, f12 per pixel
-    vec4 box;  // least x, y, greatest x, y of the pixels that see it
+    vec4 seen;  // least x, y, greatest x, y of the pixels that see it
+    vec4 box;   // the same with a margin for rounding
 };
 
 // Bounds of the slope less r0 in one axis of the ellipsoid D^2 <= level beyond the near plane; lengths are in depths of
@@ -51,7 +52,7 @@ vec2 slopes(float level, float near, vec3 kappa, float side, vec3 bz) {
     return found;
 }
 
-// reach: log2 units. The box has a margin for the rounding of all this.
+// reach: log2 units.
 RayForm ray_form(View view, Projection p, vec3 scale, vec2 mean, float reach, float near) {
     const vec3 deviation = sqrt(scale * scale + kRayVariance);
     const float largest = max(deviation.x, max(deviation.y, deviation.z));
@@ -79,8 +80,10 @@ RayForm ray_form(View view, Projection p, vec3 scale, vec2 mean, float reach, fl
     const vec2 y = slopes(level, near / z, ky, root_x, bz) * focal.y;
     const vec4 extent = vec4(x.x, y.x, x.y, y.y);
     const vec4 margin = kRayMargin * (abs(extent) + 1.0) + kRayMeanMargin * abs(mean.xyxy);
-    f.box = mean.xyxy + extent + vec4(-1, -1, 1, 1) * margin;
-    if (!finite(f.box)) f.box = vec4(-1, -1, 1, 1) * kRayEverywhere;
+    const vec4 outwards = vec4(-1, -1, 1, 1);
+    f.seen = mean.xyxy + extent;
+    if (!finite(f.seen)) f.seen = outwards * kRayEverywhere;
+    f.box = f.seen + outwards * (finite(margin) ? margin : vec4(0));
     return f;
 }
 
