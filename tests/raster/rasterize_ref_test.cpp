@@ -233,7 +233,7 @@ TEST(RasterizeReference, AbsoluteGradientsOfMeans2d) {
         EXPECT_DOUBLE_EQ(std::abs(one.means2d[i]), one.means2d_abs[i]);
 }
 
-/// Scales of a Gaussian alone: of all shapes, some of them flat, some with the camera inside, some across the near plane.
+/// One Gaussian of any shape; some are flat, some have the camera inside, some lie across the near plane.
 ref::RasterScene<double> ray_scene(std::uint64_t seed) {
     Rng rng(seed);
     ref::RasterScene<double> scene;

@@ -84,7 +84,7 @@ TEST_P(RasterizerRays, MatchFloat64) {
 TEST_P(RasterizerRays, NeedlesAndWhatIsFar) {
     for (const double length : {1.0, 30.0})
         expect_rays(context(), needle_scene({40, 47, 33}, 198, length), kRayModes[0]);
-    // As large in the picture from a thousand times as far, where the form along the ray would be a difference of 1e9s.
+    // The picture stays from a thousand times as far, where a form along the ray would be a difference of 1e9s.
     RasterCase far = random_scene({60, 37, 29}, 199, 0);
     far.name = "far";
     for (float& value : far.means) value *= 1000;

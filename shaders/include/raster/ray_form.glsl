@@ -1,14 +1,14 @@
 // A Gaussian as the rays of pixels see it, for the convention ray_maximum: opacity at the maximum along the ray.
 //
-// With Sigma = B^T B, B = S R_q^T R_camera^T (columns b_x, b_y, b_z, S^2 = scale^2 + kRayVariance), the mean m = z r0 and
-// the ray t r of a pixel, r = r0 + (d, 0), the least Mahalanobis distance along the ray and where it is are
+// With Sigma = B^T B, B = S R_q^T R_camera^T (columns b_x, b_y, b_z; S^2 = scale^2 + kRayVariance), the mean m = z r0
+// and the ray t r of a pixel, r = r0 + (d, 0), the least Mahalanobis distance along the ray and its depth are
 //
 //   D^2 = n^T Sigma n / (r^T adj(Sigma) r), n = r x m = z (d_y, -d_x, d_x r0_y - d_y r0_x)
 //   t = z (r^T adj(Sigma) r0) / (r^T adj(Sigma) r)
 //
-// C - B^2 / 4A of the quadratic form along the ray (Yu et al. 2024, Gaussian Opacity Fields, arXiv:2404.10772, equations
-// 8 to 10) is the same, but cancels for what is small and far. Numerator and denominator are sums of squares by
-// Cholesky factors, in which n is linear in d: D^2 = ((l11 d_x + l21 d_y)^2 + (l22 d_y)^2) / (e1^2 + e2^2 + 1).
+// C - B^2 / 4A of the quadratic form along the ray (Yu et al. 2024, Gaussian Opacity Fields, arXiv:2404.10772) is the
+// same, but cancels for what is small and far. Numerator and denominator are sums of squares by Cholesky factors, in
+// which n is linear in d: D^2 = ((l11 d_x + l21 d_y)^2 + (l22 d_y)^2) / (e1^2 + e2^2 + 1).
 
 #ifndef SPLAT_RAY_FORM_GLSL
 #define SPLAT_RAY_FORM_GLSL
@@ -30,8 +30,8 @@ struct RayForm {
 
 // Bounds of the slope less r0 in one axis of the ellipsoid D^2 <= level beyond the near plane; lengths are in depths of
 // the mean. kappa: n^T Sigma n is |kappa - slope b_z|^2 for the plane through the camera with that slope; side:
-// |kappa x b_z|. A bound is where such a plane touches the ellipsoid, or, if that is before the near plane, the end of the
-// ellipse in it.
+// |kappa x b_z|. A bound is where such a plane touches the ellipsoid, or, if that is before the near plane, the end of
+// the ellipse in it.
 vec2 slopes(float level, float near, vec3 kappa, float side, vec3 bz) {
     const float zz = dot(bz, bz), along = dot(kappa, bz), gap = near - 1.0;
     const bool cut = level * zz > gap * gap;  // the mean is beyond the plane
