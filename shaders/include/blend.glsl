@@ -48,17 +48,19 @@ uint item_of_first(uint view, uint gaussians, vec4 size) {
     return view * gaussians - uint(int(size.z) * 4096 + int(size.w));
 }
 
-// The log2 weight and the depth of a Gaussian at the maximum along a pixel's ray; equations: raster/ray_form.glsl. q: mean
-// less pixel centre; l, e: of the ray form; z: depth of the mean.
-vec2 ray_maximum(vec2 q, vec4 l, vec4 e, float z) {
+// The log2 weight of a Gaussian at the maximum along a pixel's ray, and its depth; if that is before `near`, a weight
+// that no opacity makes visible. Equations: raster/ray_form.glsl. q: mean less pixel centre; l, e: of the ray form; z:
+// depth of the mean.
+float ray_maximum(vec2 q, vec4 l, vec4 e, float z, float near, out float depth) {
     precise float u = l.x * q.x + l.y * q.y;
     precise float v = l.z * q.y;
     precise float e1 = e.x - (e.z * q.x + e.w * q.y);
     precise float e2 = e.y - l.w * q.y;
     precise float part = 1.0 / (e1 * e1 + e2 * e2 + 1.0);
     precise float power = -(u * u + v * v) * part;
-    precise float depth = z * (e1 * e.x + e2 * e.y + 1.0) * part;
-    return vec2(power, depth);
+    precise float at = z * (e1 * e.x + e2 * e.y + 1.0) * part;
+    depth = at;
+    return depth > near ? power : -1e6;
 }
 
 float log2_weight(vec2 mean, vec3 l, vec2 at) { return log2_weight(whitened_offset(mean, l, at)); }

@@ -80,6 +80,11 @@ float limit_alpha(float raw) {
     return seen > kAlphaMax ? kAlphaMax : seen;
 }
 
+// The numbers of lane j.
+vec4 shuffled(vec4 v, uint j) {
+    return vec4(subgroupShuffle(v.x, j), subgroupShuffle(v.y, j), subgroupShuffle(v.z, j), subgroupShuffle(v.w, j));
+}
+
 struct Pixel {
     float t;  // transmittance, negated once the pixel has stopped
     float entries, contributors, depth;
@@ -181,17 +186,14 @@ void main() {
         const float place = float(filled ? entry - range.x + 1u : walked.y - range.x);
         [[unroll]] for (uint j = 0; j < 8; ++j) {
             const float o = subgroupShuffle(opacity, j);
-            const vec3 l = vec3(subgroupShuffle(b.x, j), subgroupShuffle(b.y, j), subgroupShuffle(b.z, j));
+            const vec4 l = shuffled(b, j);
             Layer layer;
             layer.rgb = vec3(subgroupShuffle(c.x, j), subgroupShuffle(c.y, j), subgroupShuffle(c.z, j));
             layer.index = subgroupShuffle(place, j);
             layer.depth = kExtra || kMedian || kRays ? subgroupShuffle(a.w, j) : 0.0;
             layer.id = kIds ? subgroupShuffle(number, j) : 0.0;
-            const float my = subgroupShuffle(a.y, j);
-            const float z = layer.depth, f22 = kRays ? subgroupShuffle(b.w, j) : 0.0;
-            vec4 ray = vec4(0);
-            if (kRays) ray = vec4(subgroupShuffle(e.x, j), subgroupShuffle(e.y, j), subgroupShuffle(e.z, j),
-                                  subgroupShuffle(e.w, j));
+            const vec4 ray = kRays ? shuffled(e, j) : vec4(0);
+            const float my = subgroupShuffle(a.y, j), z = layer.depth;
             precise float qx = subgroupShuffle(a.x, j) - x;
             precise float ux = l.x * qx;
             [[unroll]] for (int r = 0; r < kRows; ++r) {
@@ -199,13 +201,8 @@ void main() {
                 precise float u = ux + l.y * qy;
                 precise float v = l.z * qy;
                 precise float power = -(u * u + v * v);
-                if (kRays) {
-                    const vec2 found = ray_maximum(vec2(qx, qy), vec4(l, f22), ray, z);
-                    power = found.x;
-                    layer.depth = found.y;
-                }
+                if (kRays) power = ray_maximum(vec2(qx, qy), l, ray, z, params.near_plane, layer.depth);
                 precise float raw = density(o, power, kCut);
-                if (kRays && !(layer.depth > params.near_plane)) raw = 0.0;
                 blend(pixels[r], limit_alpha(raw), layer, stop_below);
             }
         }

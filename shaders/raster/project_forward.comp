@@ -159,7 +159,7 @@ void main() {
     if (is_set(kFlagAntialias)) opacity *= max(kCompensationMin, sqrt(p.det0 / p.det));
 
     vec2 radius = vec2(0);
-    if (valid && is_set(kFlagRayMaximum)) radius = box_radius(ray.box, opacity, vec2(size));
+    if (valid && is_set(kFlagRayMaximum)) radius = box_radius(ray.seen, opacity, vec2(size));
     if (valid && !is_set(kFlagRayMaximum)) radius = visible_radius(p, mean, opacity, vec2(size));
     valid = valid && radius.x > 0.0 && radius.y > 0.0;
     const float half_size = is_set(kFlagGsplat) ? 0.0 : radius.x;

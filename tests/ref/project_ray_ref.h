@@ -7,8 +7,8 @@
 
 #include "ref/project_box_ref.h"
 
-/// Gaussians as the rays of pixels see them, without a projection: opacity at the maximum along the ray (Yu et al. 2024,
-/// Gaussian Opacity Fields, arXiv:2404.10772, section 4.1), sharp as the scene is.
+/// Gaussians as the rays of pixels see them, without a projection: opacity at the maximum along the ray (Yu et al.
+/// 2024, Gaussian Opacity Fields, arXiv:2404.10772).
 ///
 ///   W = S^-1 Rq^-1 R^-1, S^2 = scales^2 + kRayVariance      r = ((column + 1/2 - cx) / fx, (row + 1/2 - cy) / fy, 1)
 ///   |W (t r - m)|^2 is least at t = W r . W m / |W r|^2, the depth that the pixel sees if t > near

@@ -57,15 +57,12 @@ void blend(uint place, uint entry, inout Pixel p) {
     const vec4 a = batch_a[place];
     float depth = a.w;
     precise float power;
-    if (kRays) {
-        const vec2 found = ray_maximum(a.xy - p.centre, batch_b[place], batch_e[place], a.w);
-        power = found.x;
-        depth = found.y;
-    } else {
+    if (kRays)
+        power = ray_maximum(a.xy - p.centre, batch_b[place], batch_e[place], a.w, params.near_plane, depth);
+    else
         power = log2_weight(a.xy, batch_b[place].xyz, p.centre);
-    }
     precise float alpha = min(kAlphaMax, density(a.z, power, kCut));
-    alpha = alpha >= kAlphaMin && (!kRays || depth > params.near_plane) ? alpha : 0.0;
+    alpha = alpha >= kAlphaMin ? alpha : 0.0;
     const float next = p.t - p.t * alpha;
     const bool stops = !p.stopped && next < params.stop_below;
     p.entries = stops ? entry : p.entries;

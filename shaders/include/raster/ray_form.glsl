@@ -1,14 +1,14 @@
 // A Gaussian as the rays of pixels see it, for the convention ray_maximum: opacity at the maximum along the ray.
 //
-// With Sigma = B^T B, B = S R_q^T R_camera^T (columns b_x, b_y, b_z, S^2 = scale^2 + kRayVariance), the mean m = z r0 and
-// the ray t r of a pixel, r = r0 + (d, 0), the least Mahalanobis distance along the ray and where it is are
+// With Sigma = B^T B, B = S R_q^T R_camera^T (columns b_x, b_y, b_z; S^2 = scale^2 + kRayVariance), the mean m = z r0
+// and the ray t r of a pixel, r = r0 + (d, 0), the least Mahalanobis distance along the ray and its depth are
 //
 //   D^2 = n^T Sigma n / (r^T adj(Sigma) r), n = r x m = z (d_y, -d_x, d_x r0_y - d_y r0_x)
 //   t = z (r^T adj(Sigma) r0) / (r^T adj(Sigma) r)
 //
-// C - B^2 / 4A of the quadratic form along the ray (Yu et al. 2024, Gaussian Opacity Fields, arXiv:2404.10772, equations
-// 8 to 10) is the same, but cancels for what is small and far. Numerator and denominator are sums of squares by
-// Cholesky factors, in which n is linear in d: D^2 = ((l11 d_x + l21 d_y)^2 + (l22 d_y)^2) / (e1^2 + e2^2 + 1).
+// C - B^2 / 4A of the quadratic form along the ray (Yu et al. 2024, Gaussian Opacity Fields, arXiv:2404.10772) is the
+// same, but cancels for what is small and far. Numerator and denominator are sums of squares by Cholesky factors, in
+// which n is linear in d: D^2 = ((l11 d_x + l21 d_y)^2 + (l22 d_y)^2) / (e1^2 + e2^2 + 1).
 
 #ifndef SPLAT_RAY_FORM_GLSL
 #define SPLAT_RAY_FORM_GLSL
@@ -24,13 +24,14 @@ const float kRayEverywhere = 1e30;
 struct RayForm {
     vec4 l;    // l11, l21, l22, f22 per pixel; l of D^2 / 2 in log2 units
     vec4 e;    // e1, e2 at the mean, f11, f12 per pixel
-    vec4 box;  // least x, y, greatest x, y of the pixels that see it
+    vec4 seen;  // least x, y, greatest x, y of the pixels that see it
+    vec4 box;   // the same with a margin for rounding
 };
 
 // Bounds of the slope less r0 in one axis of the ellipsoid D^2 <= level beyond the near plane; lengths are in depths of
 // the mean. kappa: n^T Sigma n is |kappa - slope b_z|^2 for the plane through the camera with that slope; side:
-// |kappa x b_z|. A bound is where such a plane touches the ellipsoid, or, if that is before the near plane, the end of the
-// ellipse in it.
+// |kappa x b_z|. A bound is where such a plane touches the ellipsoid, or, if that is before the near plane, the end of
+// the ellipse in it.
 vec2 slopes(float level, float near, vec3 kappa, float side, vec3 bz) {
     const float zz = dot(bz, bz), along = dot(kappa, bz), gap = near - 1.0;
     const bool cut = level * zz > gap * gap;  // the mean is beyond the plane
@@ -51,7 +52,7 @@ vec2 slopes(float level, float near, vec3 kappa, float side, vec3 bz) {
     return found;
 }
 
-// reach: log2 units. The box has a margin for the rounding of all this.
+// reach: log2 units.
 RayForm ray_form(View view, Projection p, vec3 scale, vec2 mean, float reach, float near) {
     const vec3 deviation = sqrt(scale * scale + kRayVariance);
     const float largest = max(deviation.x, max(deviation.y, deviation.z));
@@ -79,8 +80,10 @@ RayForm ray_form(View view, Projection p, vec3 scale, vec2 mean, float reach, fl
     const vec2 y = slopes(level, near / z, ky, root_x, bz) * focal.y;
     const vec4 extent = vec4(x.x, y.x, x.y, y.y);
     const vec4 margin = kRayMargin * (abs(extent) + 1.0) + kRayMeanMargin * abs(mean.xyxy);
-    f.box = mean.xyxy + extent + vec4(-1, -1, 1, 1) * margin;
-    if (!finite(f.box)) f.box = vec4(-1, -1, 1, 1) * kRayEverywhere;
+    const vec4 outwards = vec4(-1, -1, 1, 1);
+    f.seen = mean.xyxy + extent;
+    if (!finite(f.seen)) f.seen = outwards * kRayEverywhere;
+    f.box = f.seen + outwards * (finite(margin) ? margin : vec4(0));
     return f;
 }
 
