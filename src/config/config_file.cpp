@@ -1,5 +1,7 @@
 #include "config/config_file.h"
 
+#include <algorithm>
+
 #include "config/category.h"
 #include "config/key_field.h"
 #include "core/json_writer.h"
@@ -167,9 +169,18 @@ Status forget_category(const Config& base, const Config& changes, Config& change
     return {};
 }
 
+/// The network itself is written only if it is not the one of all configurations before it, the keys of the other one
+/// only with it.
+bool is_written_with(Network network, const Key& key) {
+    constexpr std::string_view kOfLgm[] = {"model.network", "model.down", "model.down_attention",
+                                           "model.up", "model.up_attention"};
+    return network == Network::kLgmUnet ||
+           std::ranges::find(kOfLgm, std::string_view(key.name)) == std::end(kOfLgm);
+}
+
 /// Keys of adapters are written only if there are adapters, opt.freeze also if it is not empty.
 bool is_written(const Key& key, const ModelConfig& network) {
-    if (key.field.write == nullptr) return false;
+    if (key.field.write == nullptr || !is_written_with(network.network, key)) return false;
     const bool adapters = network.lora.rank > 0;
     if (key.name == std::string_view("opt.freeze")) return adapters || !network.frozen.empty();
     return key.field.part != Part::kAdapters || adapters;

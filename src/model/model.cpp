@@ -5,6 +5,7 @@
 
 #include "core/checked_math.h"
 #include "core/finite.h"
+#include "model/lgm_unet.h"
 #include "ops/gaussian_head.h"
 #include "ops/gaussian_rows.h"
 
@@ -62,6 +63,10 @@ Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelCo
         if (planned.code() != Code::kUnsupported || slice == 1) return planned;
     }
     SPLAT_TRY(made->set_rays(pixel_rays(config)));
+    if (made->even_ != kNoValue) {
+        const float even[] = {1, 0};
+        SPLAT_TRY(context.write(made->executor_->tensor(made->even_), even, sizeof even));
+    }
     const gaussians::SetViews all = made->sets(false);
     SPLAT_ASSIGN(OutputLedger counts,
                  OutputLedger::create(context, made->raw_output(), made->set_desc_, all));
@@ -167,16 +172,24 @@ Status Model::build() {
     const ValueId embedding = build_embedding();
     if (config_.tokens > 0)
         tokens_ = graph_.input("tokens", {n, config_.token_dim, config_.tokens, 1});
+    const bool lgm = config_.network == config::Network::kLgmUnet;  // has no dropout
     const bool random =
-        options_.build.training && (config_.dropout > 0 || config_.lora.dropout > 0);
+        !lgm && options_.build.training && (config_.dropout > 0 || config_.lora.dropout > 0);
     if (random) counter_ = graph_.input("random_counter", {4}, Layout::kRowMajor);
 
-    SongUnet unet(graph_, config_, options_.build);
-    raw_ = unet.build(image_, embedding, tokens_, counter_);
+    if (lgm) {
+        even_ = graph_.input("even", {2}, Layout::kRowMajor);
+        LgmUnet unet(graph_, config_, options_.build);
+        raw_ = unet.build(image_, even_);
+        inits_ = unet.inits();
+    } else {
+        SongUnet unet(graph_, config_, options_.build);
+        raw_ = unet.build(image_, embedding, tokens_, counter_);
+        inits_ = unet.inits();
+    }
     outputs_ = graph_.node(ops::gaussian_set_row(),
                            {raw_, rays_value_, view_to_world_, quaternion_, focal_, origin_},
                            ops::gaussian_head_attributes(config_.head(), config_.views));
-    inits_ = unet.inits();
     SPLAT_TRY(graph_.status());
     const auto& values = graph_.values();
     if (!options_.gradients ||

@@ -55,10 +55,10 @@ struct IdentityPoses {
     }
 };
 
-/// Splatter Image: images to one Gaussian per pixel, M = views * R * R of them per object.
+/// Splatter Image, or LGM: images to Gaussians of pixels, M = ModelConfig::gaussians() of them per object.
 ///
 /// Source  Szymanowicz et al. 2024, arXiv:2312.13150, with the depth, normal and mask channels,
-///         modulation and adapters of ModelConfig
+///         modulation and adapters of ModelConfig; Tang et al. 2024, arXiv:2402.05054
 class Model {
   public:
     /// Parameters are zero until init() or weights are loaded (weights.h). Errors: those of check();
@@ -234,7 +234,7 @@ class Model {
     nn::ValueId image_ = nn::kNoValue, rays_value_ = nn::kNoValue, view_to_world_ = nn::kNoValue,
                 quaternion_ = nn::kNoValue, focal_ = nn::kNoValue, origin_ = nn::kNoValue,
                 embedding_ = nn::kNoValue, tokens_ = nn::kNoValue, counter_ = nn::kNoValue,
-                raw_ = nn::kNoValue;
+                even_ = nn::kNoValue, raw_ = nn::kNoValue;
     std::vector<nn::ValueId> outputs_;  ///< arrays of the set
 };
 

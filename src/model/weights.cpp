@@ -38,6 +38,7 @@ bool is_of_earlier_networks(const std::string& name) {
 }
 
 std::string first_conv_name(const ModelConfig& c) {
+    if (c.network == config::Network::kLgmUnet) return "unet.conv_in.weight";
     const std::string r = std::to_string(c.names_resolution());
     return std::string(c.network_name()) + ".encoder.enc." + r + "x" + r + "_conv.weight";
 }
@@ -260,6 +261,10 @@ std::vector<std::string> resampling_layers(const ModelConfig& c) {
 Result<NamedTensors> save_state(Model& model) {
     const ModelConfig& c = model.config();
     NamedTensors state;
+    if (c.network == config::Network::kLgmUnet) {  // published files hold nothing else
+        SPLAT_TRY(add_parameters(model, state));
+        return state;
+    }
     SPLAT_TRY(add(state, kRays, {1, 3, c.resolution, c.resolution}, model.rays()));
     if (c.sh_degree > 0) {
         // Degree-1 coefficients are in the order y, z, x with signs - + - of the axes.
