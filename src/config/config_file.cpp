@@ -5,6 +5,7 @@
 #include "config/category.h"
 #include "config/key_field.h"
 #include "core/json_writer.h"
+#include "core/shown.h"
 
 namespace splat::config {
 namespace {
@@ -34,6 +35,35 @@ bool is_given(const Config& config, const char* key) {
     const ConfigEntry* entry = config.find(key);
     return entry != nullptr && !entry->map &&
            (entry->list || !std::holds_alternative<std::monostate>(entry->values[0]));
+}
+
+constexpr const char* kHeadWord = "model.head";
+constexpr const char* kHeadLike = "model.head.like";
+
+/// Keys whose values a head implies.
+bool is_of_head(const Key& key) {
+    constexpr std::string_view kStarts[] = {
+        "model.head.", "model.max_sh_degree", "model.isotropic", "model.depth_",
+        "model.xyz_",  "model.opacity_",      "model.scale_"};
+    return std::ranges::any_of(kStarts, [&](std::string_view start) {
+        return std::string_view(key.name).starts_with(start);
+    });
+}
+
+/// Take over the row of a head; call it before the keys are read.
+Status read_head(const Config& config, std::span<const Head> heads, ModelConfig& c) {
+    const char* const key = is_given(config, kHeadWord) ? kHeadWord : kHeadLike;
+    SPLAT_ASSIGN(const std::string name, config.get<std::string>(key, heads[0].name));
+    const auto found =
+        std::ranges::find_if(heads, [&](const Head& head) { return name == head.name; });
+    if (found == heads.end())
+        return invalid("%s: '%s' is '%s', expected one of %s", config.what().c_str(), key,
+                       shown(name).c_str(),
+                       joined(std::vector(heads.begin(), heads.end()), [](const Head& head) {
+                           return std::string(head.name);
+                       }).c_str());
+    take_head(*found, c);
+    return {};
 }
 
 Result<std::string> category_of(const Config& config) {
@@ -96,7 +126,7 @@ Status check_embedding(const Config& config, const ModelConfig& c) {
 Status read_offset(const Config& config, ModelConfig& c) {
     constexpr const char* kWith = "model.network_with_offset";
     constexpr const char* kWithout = "model.network_without_offset";
-    SPLAT_ASSIGN(const bool without, config.get<bool>(kWithout, false));
+    SPLAT_ASSIGN(const bool without, config.get<bool>(kWithout, !c.offset));
     SPLAT_ASSIGN(c.offset, config.get<bool>(kWith, !without));
     if (is_given(config, kWith) && is_given(config, kWithout) && c.offset == without)
         return invalid("%s: '%s' and '%s' are both %s, expected one of them", config.what().c_str(),
@@ -153,19 +183,29 @@ Status check_training(const TrainConfig& c, const char* what) {
     return {};
 }
 
-/// Where the changes name another category, let go of the values that only say what the old one implied, so
+/// Let go of those values of the configuration that `implied` has, too.
+void forget(const Config& base, const char* name, const Settings& implied, Config& changed) {
+    const Key& key = key_of(name);
+    const ConfigEntry* entry = base.find(name);
+    if (entry != nullptr && !entry->map && same_value(*entry, key.field.write(key, implied)))
+        changed.set({name, {ConfigScalar()}, false, false});
+}
+
+/// Where the changes name another category or head, let go of the values that only say what the old one implied, so
 /// that those of the new one hold.
-Status forget_category(const Config& base, const Config& changes, Config& changed) {
-    if (!is_given(changes, "data.category")) return {};
-    SPLAT_ASSIGN(const std::string category, category_of(base));
+Status forget_implied(const Config& base, const Config& changes, Config& changed) {
     Settings implied;
-    take_category_defaults(category, implied);
-    for (const char* name : category_keys()) {
-        const Key& key = key_of(name);
-        const ConfigEntry* entry = base.find(name);
-        if (entry != nullptr && same_value(*entry, key.field.write(key, implied)))
-            changed.set({name, {ConfigScalar()}, false, false});
+    if (is_given(changes, "data.category")) {
+        SPLAT_ASSIGN(const std::string category, category_of(base));
+        take_category_defaults(category, implied);
+        for (const char* name : category_keys()) forget(base, name, implied, changed);
     }
+    if (!is_given(changes, kHeadWord) && !is_given(changes, kHeadLike)) return {};
+    SPLAT_TRY(read_head(base, kHeads, implied.network));
+    for (const Key& key : all_keys())
+        if (is_of_head(key) && key.field.write != nullptr) forget(base, key.name, implied, changed);
+    const ConfigEntry* const word = base.find(kHeadWord);
+    if (word != nullptr && !word->map) changed.set({kHeadWord, {ConfigScalar()}, false, false});
     return {};
 }
 
@@ -178,9 +218,20 @@ bool is_written_with(Network network, const Key& key) {
            std::ranges::find(kOfLgm, std::string_view(key.name)) == std::end(kOfLgm);
 }
 
+/// Keys that configurations without model.head never had are written only if one of them has another value.
+bool is_default_head(const ModelConfig& network) {
+    return std::ranges::none_of(all_keys(), [&](const Key& key) {
+        return std::string_view(key.name).starts_with("model.head.") &&
+               !same_value(key.field.write(key, {network, {}}), key.field.write(key, Settings()));
+    });
+}
+
 /// Keys of adapters are written only if there are adapters, opt.freeze also if it is not empty.
 bool is_written(const Key& key, const ModelConfig& network) {
     if (key.field.write == nullptr || !is_written_with(network.network, key)) return false;
+    if (key.name == std::string_view("model.named_resolution"))
+        return network.named_resolution != 0;
+    if (std::string_view(key.name).starts_with("model.head.")) return !is_default_head(network);
     const bool adapters = network.lora.rank > 0;
     if (key.name == std::string_view("opt.freeze")) return adapters || !network.frozen.empty();
     return key.field.part != Part::kAdapters || adapters;
@@ -201,11 +252,12 @@ Status check_names(const Config& config) {
     return config.refuse_unknown(names, sections);
 }
 
-Result<ModelConfig> model_config(const Config& config) {
+Result<ModelConfig> model_config(const Config& config, std::span<const Head> heads) {
     SPLAT_TRY(check_names(config));
     Settings settings;
     SPLAT_ASSIGN(const std::string category, category_of(config));
     take_category_defaults(category, settings);
+    SPLAT_TRY(read_head(config, heads, settings.network));
     SPLAT_TRY(read_part(config, Part::kNetwork, settings));
     ModelConfig& c = settings.network;
     SPLAT_TRY(read_embedding(config, c));
@@ -248,7 +300,7 @@ Result<Config> with_values(const Config& config, std::span<const std::string> te
         for (const ConfigEntry& each : line.entries()) changes.set(each);
     }
     Config changed = config;
-    SPLAT_TRY(forget_category(config, changes, changed));
+    SPLAT_TRY(forget_implied(config, changes, changed));
     for (const ConfigEntry& each : changes.entries()) changed.set(each);
     return changed;
 }

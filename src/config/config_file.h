@@ -3,6 +3,7 @@
 #include <span>
 
 #include "config/config_keys.h"
+#include "config/heads.h"
 
 namespace splat::config {
 
@@ -13,11 +14,11 @@ Status check_names(const Config& config);
 /// The network of a configuration as the published ones are written (Hydra's merged config.yaml). Keys that
 /// are not given have the values of data.category (category.h). The categories hydrants and teddybears mean
 /// CO3D's geometry, as in the published code: fov 0, and origin distances. Without an embedding, its other
-/// keys may have any value that published files have.
+/// keys may have any value that published files have. `heads` are those that model.head names.
 ///
 /// Errors  kInvalidArgument, naming file and key, for a value of another kind or beyond its range, or one
 ///         that contradicts the category; as check_names() and check()
-Result<ModelConfig> model_config(const Config& config);
+Result<ModelConfig> model_config(const Config& config, std::span<const Head> heads = kHeads);
 
 /// The training that a configuration describes, with the values of its category.
 ///

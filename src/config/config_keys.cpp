@@ -4,73 +4,13 @@
 #include <array>
 #include <string_view>
 
-#include "config/key_field.h"
+#include "config/head_keys.h"
 #include "core/json_writer.h"
 
 namespace splat::config {
 namespace {
 
-using P = ModelConfig;
-using T = TrainConfig;
-
-constexpr Origin kPublished = Origin::kPublished;
-constexpr Origin kOurs = Origin::kOurs;
-
-template <auto... Members>
-constexpr Field kNetwork = field<Members...>(Part::kNetwork);
-template <auto Member>
-constexpr Field kAdapters = field<&P::lora, Member>(Part::kAdapters);
-template <auto... Members>
-constexpr Field kTraining = field<Members...>(Part::kTraining);
-
-constexpr Values kAll;
-constexpr Values kCount{0, 1e6};
-constexpr Values kSteps{0, 1e15};
-constexpr Values kFraction{0, 1};
-
-/// From `least` to below `most`.
-constexpr Values below(double least, double most) {
-    return {least, most, false, true};
-}
-
-constexpr Values above(double least) {
-    return {.least = least, .above = true};
-}
-
-constexpr Values words(const char* list) {
-    return {.words = list};
-}
-
-/// A value without effect: its type is checked, it is not stored.
-template <class T>
-constexpr Field kUnread{type_of<T>(), Part::kTraining,
-                        [](const Config& config, const Key& key, Settings&) {
-                            T value{};
-                            return read_field(config, key, value);
-                        }};
-
-/// A key of published files that has no effect here.
-template <class T>
-constexpr Key unused(const char* name, const char* about) {
-    return {name, kUnread<T>, kAll, kPublished, about, nullptr, false};
-}
-
-/// A key that a run may change when it goes on. The steps so far are the same with any value, except that
-/// opt.iterations sets the rates of a cosine; a resumed run warns of that, and refuses other data.
-constexpr Key resumable(Key key) {
-    key.resumable = true;
-    return key;
-}
-
-constexpr Key harmless(Key key) {
-    key.harmless = true;
-    return key;
-}
-
-constexpr Key where(const Condition& condition, Key key) {
-    key.where = &condition;
-    return key;
-}
+using namespace rows;
 
 constexpr Condition kModulated{
     [](const Settings& s) { return s.network.embedding != Embedding::kNone; },
@@ -303,6 +243,12 @@ constexpr Key kModelKeys[] = {
      "Gain of the initial weights of scales."},
     {"model.scale_bias", kNetwork<&P::init_scale, &HeadInit::bias>, above(0), kPublished,
      "Initial scale of Gaussians, in scene units."},
+    {"model.named_resolution",
+     kNetwork<&P::named_resolution>,
+     {0, 4096},
+     kOurs,
+     "Pixels of the image whose sizes name the levels, also those of model.attention_resolutions; "
+     "0: data.training_resolution."},
     {"model.token_dim", kNetwork<&P::token_dim>, kCount, kOurs,
      "Features of the tokens that the decoder attends to; 0: no tokens."},
     {"model.tokens", kNetwork<&P::tokens>, kCount, kOurs,
@@ -458,7 +404,7 @@ constexpr auto join(const Sections&... sections) {
 
 /// Constant, so that it needs no allocation, which could fail.
 constexpr auto kKeys =
-    join(kDataKeys, kListKeys, kSourceKeys, kEmbeddingKeys, kModelKeys, kAdapterKeys,
+    join(kDataKeys, kListKeys, kSourceKeys, kEmbeddingKeys, kModelKeys, kHeadKeys, kAdapterKeys,
          kOptimiserKeys, kFirstTermKeys, kEdgeKeys, kMoreTermKeys, kUpdateKeys, kRunKeys);
 
 }  // namespace

@@ -102,9 +102,29 @@ Status check_song(const ModelConfig& c) {
     if (c.resolution % stride != 0)
         return refuse_value("data.training_resolution", c.resolution,
                             format("a multiple of %u", stride).c_str());
+    if (c.named_resolution % stride != 0)
+        return refuse_value("model.named_resolution", c.named_resolution,
+                            format("0 or a multiple of %u", stride).c_str());
     for (const std::uint32_t mult : c.channel_mult)
         if (mult * c.base_dim > kMaxChannels)
             return refuse_value("model.channel_mult", mult, "no more than 4096 channels");
+    return {};
+}
+
+/// What the scale's activation turns into `scale`.
+float scale_channel(std::uint32_t activation, float scale) {
+    if (activation != kHeadSoftplus) return std::log(scale);
+    // log(e^10s - 1), whose e^10s float32 does not hold.
+    return 10 * scale + std::log(-std::expm1(-10 * scale));
+}
+
+Status check_head(const ModelConfig& c) {
+    if (c.direct && c.sh_degree != 0)
+        return refuse_value("model.max_sh_degree", c.sh_degree,
+                            "0, as 'model.head.colours' are direct");
+    if (c.origin_distance && c.positions != kHeadRayDepth)
+        return refuse_value("data.origin_distances", 1,
+                            "false: 'model.head.positions' have no depth that it is added to");
     return {};
 }
 
@@ -142,7 +162,7 @@ HeadLayout ModelConfig::head() const {
     start(kHeadDepth, init_depth.scale, init_depth.bias);
     start(kHeadPoint, init_offset.scale, init_offset.bias);
     start(kHeadOpacity, init_opacity.scale, init_opacity.bias);
-    start(kHeadScale, init_scale.scale, std::log(init_scale.bias));
+    start(kHeadScale, init_scale.scale, scale_channel(scales, init_scale.bias));
     return made;
 }
 
@@ -160,6 +180,7 @@ std::uint32_t ModelConfig::embedding_length() const {
 Status check(const ModelConfig& c) {
     SPLAT_TRY(check_ranges(c));
     SPLAT_TRY(c.network == Network::kLgmUnet ? check_lgm(c) : check_song(c));
+    SPLAT_TRY(check_head(c));
     if (c.embedding != Embedding::kNone &&
         (c.embedding_dim < 2 || c.embedding_dim % 2 != 0 || c.embedding_dim > 64))
         return refuse_value("cam_embd.dimension", c.embedding_dim, "an even number up to 64");

@@ -64,15 +64,16 @@ struct HeadInit {
 /// those of the cars model. config_keys.cpp says which key is which field.
 struct ModelConfig {
     Network network = Network::kSongUnet;
-    LgmUnetConfig lgm;  ///< of kLgmUnet, which has base_dim, num_blocks, channel_mult and what follows them unused
+    LgmUnetConfig
+        lgm;  ///< of kLgmUnet, which has base_dim, num_blocks, channel_mult and what follows them unused
 
     std::uint32_t resolution = 128;  ///< pixels, both ways; divisible by 2^(levels - 1)
     /// Pixels of the image whose network this is: names of its levels and attention_resolutions are for this size. 0:
     /// resolution. F3D-Gaus is built for 128 and takes 256.
     std::uint32_t named_resolution = 0;
-    bool depth = false;              ///< a channel of depth follows RGB
-    bool normal = false;             ///< three channels of normals follow
-    bool mask = false;               ///< a channel of object mask follows
+    bool depth = false;   ///< a channel of depth follows RGB
+    bool normal = false;  ///< three channels of normals follow
+    bool mask = false;    ///< a channel of object mask follows
     bool origin_distance =
         false;                ///< CO3D: a last plane, added to the depth, unseen by the network
     std::uint32_t views = 1;  ///< input images per object
@@ -95,6 +96,7 @@ struct ModelConfig {
     bool direct = false;          ///< colours are red, green and blue; degree 0
     std::uint32_t per_pixel = 1;  ///< Gaussians of a pixel
     float box = 1;                ///< kHeadBox: means are from -box to box on each axis
+    float opacity_threshold = 0;  ///< scenes leave fainter Gaussians out
     std::uint32_t sh_degree = 1;  ///< 0 or 1
     bool isotropic = false;
     bool offset = true;  ///< the network moves Gaussians off their rays

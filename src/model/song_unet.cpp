@@ -236,9 +236,9 @@ ValueId SongUnet::decode(ValueId x, std::vector<ValueId>& skips) {
         }
     }
     graph_.begin_segment();
-    x = norm(dec + level_name(config_.names_resolution(), "aux_norm"), x, true);
-    return conv(dec + level_name(config_.names_resolution(), "aux_conv"), x, config_.output_channels(), 3,
-                kOutput);
+    const std::uint32_t r = config_.names_resolution();
+    x = norm(dec + level_name(r, "aux_norm"), x, true);
+    return conv(dec + level_name(r, "aux_conv"), x, config_.output_channels(), 3, kOutput);
 }
 
 ValueId SongUnet::build(ValueId x, ValueId embedding, ValueId tokens, ValueId counter) {

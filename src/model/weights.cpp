@@ -246,7 +246,8 @@ std::vector<std::string> resampling_layers(const ModelConfig& c) {
     std::vector<std::string> layers;
     for (std::uint32_t level = 1; level < c.levels(); ++level)
         for (const bool down : {true, false}) {
-            const std::string r = std::to_string(c.names_resolution() >> (down ? level : level - 1));
+            const std::string r =
+                std::to_string(c.names_resolution() >> (down ? level : level - 1));
             const std::string block = std::string(c.network_name()) + ".encoder." +
                                       (down ? "enc." : "dec.") + r + "x" + r +
                                       (down ? "_down" : "_up");

@@ -78,7 +78,8 @@ struct HeadLayout : HeadForm {
               {"opacity", 1, activate ? kHeadSigmoid : kHeadIdentity},
               {"scale", 3, activate ? scales : kHeadIdentity},
               {"rotation", 4, kHeadNormalise},
-              {"colour", 3, direct && activate ? kHeadTanh : kHeadIdentity, 5},
+              {"colour", 3, direct && activate ? kHeadTanh : kHeadIdentity,
+               direct ? 1.0F : 5.0F},
               {"rest", 9 * sh_degree, kHeadIdentity, 0},
           }} {}
 
