@@ -1,5 +1,7 @@
 #include "model/lgm_unet.h"
 
+#include <algorithm>
+
 namespace splat::model {
 namespace {
 
@@ -100,8 +102,11 @@ ValueId LgmUnet::layer(const std::string& block, int number, ValueId x, std::uin
     return attention(of(".attns"), x);
 }
 
-ValueId LgmUnet::encode(ValueId x, ValueId even, std::vector<ValueId>& skips) {
+ValueId LgmUnet::encode(ValueId x, std::vector<ValueId>& skips) {
     const config::LgmUnetConfig& c = config_.lgm;
+    // This filter of resample2d takes every second pixel: a convolution and it together have a stride of 2.
+    const ValueId even = graph_.input("even", {2}, ops::Layout::kRowMajor);
+    constants_.push_back({even, {1, 0}});
     graph_.begin_segment();
     x = conv("unet.conv_in", x, c.down[0], 3);
     skips.push_back(x);
@@ -138,9 +143,28 @@ ValueId LgmUnet::decode(ValueId x, std::vector<ValueId>& skips) {
     return x;
 }
 
-ValueId LgmUnet::build(ValueId x, ValueId even) {
+ValueId LgmUnet::turned(ValueId raw) {
+    const HeadLayout head = config_.head();
+    if (!graph_.status().ok() || !head.absolute()) return raw;
+    const Shape shape = graph_.value(raw).shape;
+    const std::uint32_t c = shape[1], one = head.channels_of_one();
+    // Factors, then summands, of each channel: half a turn about x.
+    std::vector<float> row(std::size_t{2} * c);
+    std::fill_n(row.begin(), c, 1.0F);
+    for (std::uint32_t first = 0; first < c; first += one)
+        for (const std::uint32_t at : {head.at(kHeadPoint) + 1, head.at(kHeadPoint) + 2,
+                                       head.at(kHeadRotation) + 2, head.at(kHeadRotation) + 3})
+            row[first + at] = -1;
+    std::vector<float> rows;
+    for (std::uint32_t i = 0; i < shape[0]; ++i) rows.insert(rows.end(), row.begin(), row.end());
+    const ValueId axes = graph_.input("axes", {shape[0], 2 * c});
+    constants_.push_back({axes, std::move(rows)});
+    return graph_.op("film", {raw, axes});
+}
+
+ValueId LgmUnet::build(ValueId x) {
     std::vector<ValueId> skips;
-    x = encode(x, even, skips);
+    x = encode(x, skips);
     const std::uint32_t deepest = config_.lgm.down.back();
     x = layer("unet.mid_block", 0, x, deepest, true);
     x = layer("unet.mid_block", 1, x, deepest, false);

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/song_unet.h"
@@ -18,19 +19,25 @@ class LgmUnet : NoCopy {
     LgmUnet(nn::Graph& graph, const ModelConfig& config, const BuildOptions& options)
         : graph_(graph), config_(config), options_(options) {}
 
-    /// x     [N, 9, R, R], the views of an object consecutive
-    /// even  [2] row-major: 1, 0. As the filter of resample2d it takes every second pixel: a convolution and it
-    ///       together have a stride of 2.
+    /// x          [N, 9, R, R], the views of an object consecutive
     /// Each layer with its activations is a segment of the graph (Graph::begin_segment).
     /// Returns    [N, output_channels, output_resolution, output_resolution]; the graph's status has the errors:
     ///            those of operators, and kInvalidArgument for a part of opt.freeze that occurs in no name
-    nn::ValueId build(nn::ValueId x, nn::ValueId even);
+    nn::ValueId build(nn::ValueId x);
+
+    /// The same channels for a world with the axes of scenes (right, down, front) instead of the network's (right, up,
+    /// back): some change their sign. Channels of heads along rays, which are in the camera's axes, stay.
+    nn::ValueId turned(nn::ValueId raw);
+
+    /// Inputs of the graph that this class has made, with the values that they keep.
+    using Constant = std::pair<nn::ValueId, std::vector<float>>;
+    [[nodiscard]] const std::vector<Constant>& constants() const { return constants_; }
 
     /// Initial values of each parameter, by name.
     [[nodiscard]] const std::map<std::string, Init>& inits() const { return inits_; }
 
   private:
-    nn::ValueId encode(nn::ValueId x, nn::ValueId even, std::vector<nn::ValueId>& skips);
+    nn::ValueId encode(nn::ValueId x, std::vector<nn::ValueId>& skips);
     nn::ValueId decode(nn::ValueId x, std::vector<nn::ValueId>& skips);
     nn::ValueId layer(const std::string& block, int number, nn::ValueId x, std::uint32_t out,
                       bool attends);
@@ -49,6 +56,7 @@ class LgmUnet : NoCopy {
     const ModelConfig& config_;
     BuildOptions options_;
     std::map<std::string, Init> inits_;
+    std::vector<Constant> constants_;
 };
 
 }  // namespace splat::model

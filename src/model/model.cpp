@@ -63,10 +63,9 @@ Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelCo
         if (planned.code() != Code::kUnsupported || slice == 1) return planned;
     }
     SPLAT_TRY(made->set_rays(pixel_rays(config)));
-    if (made->even_ != kNoValue) {
-        const float even[] = {1, 0};
-        SPLAT_TRY(context.write(made->executor_->tensor(made->even_), even, sizeof even));
-    }
+    for (const auto& [id, values] : made->constants_)
+        SPLAT_TRY(context.write(made->executor_->tensor(id), values.data(),
+                                values.size() * sizeof(float)));
     const gaussians::SetViews all = made->sets(false);
     SPLAT_ASSIGN(OutputLedger counts,
                  OutputLedger::create(context, made->raw_output(), made->set_desc_, all));
@@ -177,18 +176,20 @@ Status Model::build() {
         !lgm && options_.build.training && (config_.dropout > 0 || config_.lora.dropout > 0);
     if (random) counter_ = graph_.input("random_counter", {4}, Layout::kRowMajor);
 
+    ValueId channels = kNoValue;
     if (lgm) {
-        even_ = graph_.input("even", {2}, Layout::kRowMajor);
         LgmUnet unet(graph_, config_, options_.build);
-        raw_ = unet.build(image_, even_);
+        raw_ = unet.build(image_);
+        channels = unet.turned(raw_);
         inits_ = unet.inits();
+        constants_ = unet.constants();
     } else {
         SongUnet unet(graph_, config_, options_.build);
-        raw_ = unet.build(image_, embedding, tokens_, counter_);
+        raw_ = channels = unet.build(image_, embedding, tokens_, counter_);
         inits_ = unet.inits();
     }
     outputs_ = graph_.node(ops::gaussian_set_row(),
-                           {raw_, rays_value_, view_to_world_, quaternion_, focal_, origin_},
+                           {channels, rays_value_, view_to_world_, quaternion_, focal_, origin_},
                            ops::gaussian_head_attributes(config_.head(), config_.views));
     SPLAT_TRY(graph_.status());
     const auto& values = graph_.values();

@@ -3,7 +3,6 @@
 #include <array>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -234,7 +233,8 @@ class Model {
     nn::ValueId image_ = nn::kNoValue, rays_value_ = nn::kNoValue, view_to_world_ = nn::kNoValue,
                 quaternion_ = nn::kNoValue, focal_ = nn::kNoValue, origin_ = nn::kNoValue,
                 embedding_ = nn::kNoValue, tokens_ = nn::kNoValue, counter_ = nn::kNoValue,
-                even_ = nn::kNoValue, raw_ = nn::kNoValue;
+                raw_ = nn::kNoValue;
+    std::vector<std::pair<nn::ValueId, std::vector<float>>> constants_;  ///< inputs that stay
     std::vector<nn::ValueId> outputs_;  ///< arrays of the set
 };
 
