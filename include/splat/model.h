@@ -352,7 +352,8 @@ typedef struct splat_model_info {
     uint32_t views;            /* input images of an object */
     uint32_t resolution;       /* R: images have R x R pixels */
     uint32_t channels;         /* channels of the images that a pass takes */
-    uint32_t image_channels;   /* channels of "images": no plane of origin distances */
+    uint32_t image_channels;   /* channels of "images": no plane of origin distances, nor of
+                                * depths in scene units */
     uint32_t output_channels;  /* channels of "raw" */
     uint32_t gaussians;        /* M: Gaussians of an object */
     uint32_t sh_degree;        /* degree of the spherical harmonics; K = (sh_degree + 1)^2 */
@@ -383,7 +384,7 @@ SPLAT_API splat_result splat_model_ports(splat_model model, splat_port_kind kind
 
 /* Get a tensor that shares the model's memory, float32 and row-major, by name:
  *   inputs      "images" [N,image_channels,R,R], "view_to_world" [N,4,4], "quaternions" [N,4],
- *               "focals" [N,2], "origin_distance" [N], "embedding", "tokens", as far as the
+ *               "focals" [N,2], "origin_distance" [N], "depths" [N,R,R], "embedding", "tokens", as far as the
  *               configuration has them; at first zeros, identity poses and focal lengths of R
  *   outputs     as in splat_model_read; undefined before the first pass
  *   parameters  the names of the state dict
@@ -421,7 +422,8 @@ typedef struct splat_model_input {
     /* images in the caller's layout, instead of `images`; the planes of an image may come from
      * several pictures in turn, such as RGB, then depth: N pictures or a multiple */
     const splat_image* pictures;
-    const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance */
+    const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance, or
+                          * depth in scene units for the head (model.head.positions) */
     uint64_t images_count;
     const float* view_to_world; /* [N,4,4] row vectors: p_world = p_view M; NULL: the identity */
     uint64_t view_to_world_count;

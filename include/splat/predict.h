@@ -11,7 +11,7 @@
 #ifndef SPLAT_PREDICT_H
 #define SPLAT_PREDICT_H
 
-#include "model.h"
+#include "render.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -35,7 +35,8 @@ typedef struct splat_picture {
     splat_picture_source image;
     splat_picture_source mask;   /* the object's mask, 1 (U8: 255) inside; none: an alpha not opaque
                                   * everywhere, else what differs from its border's colour, else all */
-    splat_picture_source depth;  /* where the network takes it; larger is nearer, at any scale */
+    splat_picture_source depth;  /* where the network takes it; larger is nearer, or as
+                                  * model.head.depth_maps of the configuration says, at any scale */
     splat_picture_source normal; /* where the network takes it; (normal + 1) / 2, camera's axes */
     uint32_t flags;              /* SPLAT_PICTURE_* */
     float foreground;            /* the object's longer side, as a part of the square's; 0: 0.65;
@@ -131,6 +132,11 @@ typedef struct splat_predictor_desc {
     const char* adapters_path; /* a file of low-rank adapters, which are folded in */
     splat_weights adapters;    /* adapters in memory; neither: only those among the weights */
     double adapters_alpha;     /* 0: lora_alpha of their metadata, else of the configuration */
+    /* 0, or 2 to 64: each prediction is drawn from so many further views around the object, each of
+     * these is predicted, too, and all Gaussians are joined; F3D-Gaus has 8. For networks of one
+     * picture of colours and mask whose head takes depths (model.head f3d) */
+    uint32_t aggregate;
+    splat_convention convention; /* 0: SPLAT_CONVENTION_3DGS; how these views are drawn */
 } splat_predictor_desc;
 
 /* Create a predictor. If the weights were trained with another field of view than data.fov, theirs
@@ -148,15 +154,21 @@ typedef struct splat_predictor_info {
     uint32_t views;           /* pictures of one prediction */
     uint32_t resolution;      /* R: the network sees squares of R x R pixels */
     uint32_t channels;        /* channels of the network's input */
-    uint32_t depth;           /* 1: it takes a depth map */
+    uint32_t depth;           /* 1: it takes a depth map, for the network or for its head */
     uint32_t normal;          /* 1: it takes a normal map */
     uint32_t mask;            /* 1: it takes the object's mask, which is always found */
     uint32_t origin_distance; /* 1: it takes the distance of the object's origin */
-    uint64_t gaussians;       /* views * R * R Gaussians; a scene gets the visible ones */
+    uint64_t gaussians;       /* views * R * R Gaussians of one prediction, of all that are joined; a
+                               * scene gets the visible ones */
     uint32_t sh_degree;       /* degree of the spherical harmonics, 0 to 3 */
     float background[3];      /* colour behind the object, 0 to 1 */
     double fov_degrees;       /* across the square; 0: each view has a focal length of its own */
     const char* category;     /* data.category, may be empty; lives as long as the predictor */
+    uint32_t whole;           /* 1: it takes pictures whole, as if SPLAT_PICTURE_WHOLE were set, over
+                               * the background only where a mask or an alpha is given: its head
+                               * takes the depth of each pixel, of a map in the proportion of the
+                               * image */
+    uint32_t reserved;        /* 0 */
 } splat_predictor_info;
 
 /* Describe a predictor.
@@ -185,7 +197,8 @@ typedef struct splat_prediction {
     uint64_t input_capacity; /* numbers */
     uint64_t gaussians;      /* out, as what follows: of the scene */
     uint64_t not_finite;     /* left out: numbers of theirs are not finite */
-    uint64_t faint;          /* left out: opacity below 1 / 255, which no image of 8 bits shows */
+    uint64_t faint;          /* left out: opacity below 1 / 255, which no image of 8 bits shows, or
+                              * below the configuration's model.head.opacity_threshold */
     double read_ms;          /* to read and cut out the pictures */
     double network_ms;       /* to run the network and read its Gaussians */
 } splat_prediction;

@@ -179,6 +179,7 @@ struct PredictorObject : OfDevice {
     config::Settings settings;
     std::string path;    ///< path of the weights; empty for a handle
     std::string report;  ///< JSON
+    predict::Aggregation aggregation;
     OnDevice<std::unique_ptr<predict::Predictor>> predictor{*this};
 };
 

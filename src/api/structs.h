@@ -61,5 +61,11 @@ inline constexpr std::size_t kFirstVersionBytes<splat_scene_info> = offsetof(spl
 template <>
 inline constexpr std::size_t kFirstVersionBytes<splat_training_desc> = offsetof(splat_training_desc,
                                                                                 group);
+template <>
+inline constexpr std::size_t kFirstVersionBytes<splat_predictor_desc> =
+    offsetof(splat_predictor_desc, aggregate);
+template <>
+inline constexpr std::size_t kFirstVersionBytes<splat_predictor_info> =
+    offsetof(splat_predictor_info, whole);
 
 }  // namespace splat::api

@@ -84,8 +84,8 @@ bool contains_any(const std::string& name, const std::vector<std::string>& parts
 /// New input channels start without influence, through zeros in the first convolution.
 void warn_of_frozen_channels(const ModelConfig& c, std::vector<std::string>& warnings) {
     if (!c.depth && !c.normal && !c.mask) return;
-    const std::string layer =
-        format("%s.encoder.enc.%ux%u_conv", c.network_name(), c.resolution, c.resolution);
+    const std::string layer = format("%s.encoder.enc.%ux%u_conv", c.network_name(),
+                                     c.names_resolution(), c.names_resolution());
     const std::string weight = layer + ".weight";
     const auto learns = [&](const std::string& parameter) {
         return !contains_any(parameter, c.frozen);

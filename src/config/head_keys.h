@@ -7,6 +7,9 @@ namespace splat::config::rows {
 
 inline constexpr Condition kBoxed{[](const Settings& s) { return s.network.positions == kHeadBox; },
                                   "unless model.head.positions is box"};
+inline constexpr Condition kDepths{
+    [](const Settings& s) { return s.network.positions == kHeadInputDepth; },
+    "unless model.head.positions is input_depth"};
 
 /// A word for each value of a member, from `First` on.
 template <auto Member, int First>
@@ -42,6 +45,10 @@ inline constexpr Key kHeadKeys[] = {
      words("ray_depth, input_depth, box"), kOurs,
      "Where means are: at a depth of the network along the pixel's ray, at one that an input gives "
      "in scene units, or in a box."},
+    where(kDepths,
+          {"model.head.depth_maps", kWord<&P::depth_farther, 0>, words("nearer, farther"), kOurs,
+           "What larger numbers of depth maps are, whose least and greatest lie at data.znear and "
+           "data.zfar: nearer, relative inverse depths; or farther, relative depths."}),
     {"model.head.scales", kWord<&P::scales, kHeadExp>, words("exp, softplus"), kOurs,
      "Scales are exp(x), or log(1 + exp(x)) / 10."},
     {"model.head.colours", kWord<&P::direct, 0>, words("harmonics, direct"), kOurs,

@@ -85,7 +85,7 @@ std::vector<std::uint8_t> flooded_mask(const io::Image& image) {
 
 /// The object's mask, 0 to 255, and where it comes from.
 Result<std::vector<std::uint8_t>> object_mask(const std::optional<NamedImage>& given,
-                                              const io::Image& image, MaskFrom& from) {
+                                              const io::Image& image, bool flood, MaskFrom& from) {
     const std::size_t pixels = std::size_t{image.width} * image.height;
     std::vector<std::uint8_t> mask(pixels, 255);
     if (given) {
@@ -100,9 +100,12 @@ Result<std::vector<std::uint8_t>> object_mask(const std::optional<NamedImage>& g
             mask[i] =
                 static_cast<std::uint8_t>(image.samples[i * image.channels + image.channels - 1]);
         from = MaskFrom::kAlpha;
-    } else {
+    } else if (flood) {
         mask = flooded_mask(image);
         from = MaskFrom::kBorder;
+    } else {
+        from = MaskFrom::kNothing;
+        return mask;
     }
     const auto count =
         static_cast<double>(std::ranges::count_if(mask, [](std::uint8_t m) { return m > 127; }));
@@ -202,12 +205,12 @@ const char* mask_from_name(MaskFrom from) {
 
 Result<std::vector<std::uint8_t>> mask_of(const io::Image& image, MaskFrom& from) {
     io::Image reduced;
-    return object_mask(std::nullopt, eight_bits(image, reduced), from);
+    return object_mask(std::nullopt, eight_bits(image, reduced), true, from);
 }
 
 Result<NamedImage> load_picture(const std::string& path) {
     SPLAT_ASSIGN(io::Image image, io::load_image(path, {.upright = true}));
-    return NamedImage{std::move(image), "'" + path + "'"};
+    return NamedImage{std::move(image), "'" + path + "'", {}};
 }
 
 Result<Photograph> cut_photograph(const Picture& picture, const CutOptions& options) {
@@ -219,7 +222,7 @@ Result<Photograph> cut_photograph(const Picture& picture, const CutOptions& opti
     made.width = image.width;
     made.height = image.height;
     SPLAT_ASSIGN(const std::vector<std::uint8_t> mask,
-                 object_mask(picture.mask, image, made.mask_from));
+                 object_mask(picture.mask, image, options.flood, made.mask_from));
     const Box box = bounds_of(mask, image.width, image.height);
     made.at_border =
         made.mask_from != MaskFrom::kNothing &&
@@ -234,7 +237,8 @@ Result<Photograph> cut_photograph(const Picture& picture, const CutOptions& opti
     std::ranges::fill(white.samples, std::uint16_t{255});
     SPLAT_ASSIGN(made.mask, cut(white, &mask, square, 1, side, {}));
     // Outside of the object: depth 0 is farthest, a normal of 0 is 0.5 in every channel.
-    SPLAT_ASSIGN(made.depth, cut_map(picture.depth, image, mask, square, 1, side, {}));
+    if (options.depth)
+        SPLAT_SET(made.depth, cut_map(picture.depth, image, mask, square, 1, side, {}));
     SPLAT_ASSIGN(made.normal,
                  cut_map(picture.normal, image, mask, square, 3, side, {0.5F, 0.5F, 0.5F}));
     return made;

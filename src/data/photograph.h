@@ -14,12 +14,15 @@ struct CutOptions {
     bool crop = true;                ///< to the object; else to the largest square in the middle
     double foreground = 0.65;        ///< the object's longer side, as a part of the square's
     std::array<float, 3> background{1, 1, 1};
+    bool flood = true;  ///< false: without mask and alpha the whole picture is the object
+    bool depth = true;  ///< false: the depth map is not cut out
 };
 
 /// A decoded image and how messages call it: its path in quotes, or what it is.
 struct NamedImage {
     io::Image image;
     std::string name;
+    std::vector<float> exact;  ///< a depth map's numbers before they became 8 bits; or empty
 };
 
 /// A picture of one object, with its maps where there are any; all of one size.
@@ -53,7 +56,7 @@ struct Photograph {
 /// Splatter Image's demonstration does: the object's bounding box takes `foreground` of the side.
 ///
 /// The mask, else an alpha that is not above a half everywhere, marks the object (above a half). Without both, the
-/// background is flooded from the border, over colours within 0.1 of the border's median; if less than 1 % or more than
+/// background is flooded from the border (unless options.flood is false), over colours within 0.1 of the border's median; if less than 1 % or more than
 /// 95 % remains, the whole image is the object. Samples of 16 bits are reduced to 8.
 ///
 /// Errors       kInvalidArgument with the name: maps of another size, an empty mask

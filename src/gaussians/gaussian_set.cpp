@@ -110,7 +110,7 @@ Status upload(vk::Context& context, const scene::Gaussians& scene, GaussianSet& 
 }
 
 Result<Downloaded> download(vk::Context& context, const SetDesc& desc, const SetViews& from,
-                            bool all) {
+                            bool all, double least) {
     SPLAT_ASSERT(!desc.direct_colors);
     const std::size_t stride = std::size_t{4} * desc.color_quads();
     std::vector<float> gaussians(std::size_t{from.count} * kGaussianFloats);
@@ -125,8 +125,8 @@ Result<Downloaded> download(vk::Context& context, const SetDesc& desc, const Set
         const bool invalid = !all && !valid(gaussian, color);
         // Scenes hold logits in float32: their opacity decides what is visible.
         const auto logit = static_cast<float>(scene::logit_of(static_cast<double>(gaussian[3])));
-        const bool faint = !all && !invalid &&
-                           scene::opacity_of(static_cast<double>(logit)) < scene::kLeastOpacity;
+        const bool faint =
+            !all && !invalid && scene::opacity_of(static_cast<double>(logit)) < least;
         made.not_finite += invalid ? 1 : 0;
         made.faint += faint ? 1 : 0;
         if (!invalid && !faint) append(made.gaussians, gaussian, color, logit);

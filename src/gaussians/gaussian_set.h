@@ -1,5 +1,6 @@
 #pragma once
 
+#include "scene/activate.h"
 #include "scene/gaussians.h"
 #include "vk/context.h"
 
@@ -83,15 +84,15 @@ Status upload(vk::Context& context, const scene::Gaussians& scene, GaussianSet& 
 struct Downloaded {
     scene::Gaussians gaussians;
     std::uint64_t not_finite = 0;  ///< left out: NaN, infinities, rotations of length 0
-    std::uint64_t faint = 0;       ///< left out: opacity below scene::kLeastOpacity
+    std::uint64_t faint = 0;       ///< left out: opacity below the least
 };
 
-/// Read a set without direct colours back: all its Gaussians, or those that an image can show. Scales
+/// Read a set without direct colours back: all its Gaussians, or those of at least this opacity that an image can show. Scales
 /// of 0, which exp() may give, become the least of float32, and are still drawn.
 ///
 /// Errors       those of Context::read
 /// Precision    the logarithm in float32; the logit in float64, rounded once
 Result<Downloaded> download(vk::Context& context, const SetDesc& desc, const SetViews& from,
-                            bool all);
+                            bool all, double least = scene::kLeastOpacity);
 
 }  // namespace splat::gaussians

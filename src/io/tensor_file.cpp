@@ -48,6 +48,19 @@ Status NamedTensors::add(NamedTensor tensor) {
     return {};
 }
 
+bool NamedTensors::drop_start(std::string_view start) {
+    const auto begins = [&](const NamedTensor& tensor) {
+        return tensor.name.size() > start.size() && tensor.name.starts_with(start);
+    };
+    if (tensors_.empty() || !std::ranges::all_of(tensors_, begins)) return false;
+    places_.clear();
+    for (std::size_t i = 0; i < tensors_.size(); ++i) {
+        tensors_[i].name.erase(0, start.size());
+        places_.emplace(tensors_[i].name, i);
+    }
+    return true;
+}
+
 const NamedTensor* NamedTensors::find(const std::string& name) const {
     const auto place = places_.find(name);
     return place == places_.end() ? nullptr : &tensors_[place->second];

@@ -81,6 +81,9 @@ class NamedTensors {
     /// Errors: kInvalidArgument for a name already used, and for values that do not fit dims.
     Status add(NamedTensor tensor);
 
+    /// Take this start off the names, if all begin with it. Returns whether they did.
+    bool drop_start(std::string_view start);
+
     /// nullptr if there is none. Valid until the next add().
     [[nodiscard]] const NamedTensor* find(const std::string& name) const;
 

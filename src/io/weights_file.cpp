@@ -12,6 +12,9 @@ namespace {
 
 constexpr std::size_t kHeadBytes = 64;
 
+/// What programs put before the names of a network's tensors: PyTorch's DataParallel, and F3D-Gaus.
+constexpr const char* kWrappers[] = {"module.", "gaussian_predictor."};
+
 struct FormatOfWeights {
     const char* name;
     Result<WeightsFile> (*read)(const Source& source, const DecodeLimits& limits);
@@ -62,7 +65,12 @@ Result<WeightsFile> read_weights(const Source& source, const std::string& name,
                                  const DecodeLimits& limits) {
     const auto format = format_of(source, limits);
     if (!format.ok()) return in_file(format.status(), name);
-    return in_file(row_of(format.value()).read(source, limits), name);
+    Result<WeightsFile> file = in_file(row_of(format.value()).read(source, limits), name);
+    for (const char* start : kWrappers)
+        if (file.ok() && file.value().tensors.drop_start(start))
+            file.value().warnings.push_back(splat::format(
+                "'%s', with which the names of all its tensors begin, is left out", start));
+    return file;
 }
 
 Result<WeightsFile> load_weights(const std::string& path, const DecodeLimits& limits,

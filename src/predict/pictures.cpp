@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "data/relative_pose.h"
+#include "predict/head_depths.h"
 #include "predict/lgm_views.h"
 #include "scene/camera_pose.h"
 
@@ -24,7 +25,14 @@ Status check_count(std::size_t i, const char* what, std::size_t count, std::size
 }
 
 Status check_picture(const config::ModelConfig& network, std::size_t i, const PictureInput& given) {
-    SPLAT_TRY(check_given(i, "a depth map", given.picture.depth.has_value(), network.depth));
+    SPLAT_TRY(check_given(i, "a depth map", given.picture.depth.has_value(),
+                          network.depth || takes_whole_pictures(network)));
+    if (takes_whole_pictures(network) && given.crop &&
+        given.foreground != PictureInput().foreground)
+        return invalid(
+            "pictures[%zu]: foreground is %g, but the network takes depths of whole pictures, of "
+            "which nothing is cut out: expected none",
+            i, given.foreground);
     SPLAT_TRY(check_given(i, "a normal map", given.picture.normal.has_value(), network.normal));
     if (!(given.focal >= 0) || !std::isfinite(given.focal))
         return invalid("pictures[%zu]: the focal length is %g, expected 0 or more", i, given.focal);
@@ -146,6 +154,10 @@ PictureFacts facts_of(const data::Photograph& photo, const PictureInput& given) 
     return facts;
 }
 
+bool takes_whole_pictures(const config::ModelConfig& network) {
+    return network.positions == kHeadInputDepth;
+}
+
 Result<PictureViews> views_of_pictures(const config::ModelConfig& network,
                                        const std::array<float, 3>& background,
                                        std::span<const PictureInput> pictures) {
@@ -156,9 +168,12 @@ Result<PictureViews> views_of_pictures(const config::ModelConfig& network,
     for (std::size_t i = 0; i < pictures.size(); ++i) {
         const PictureInput& given = pictures[i];
         SPLAT_TRY(check_picture(network, i, given));
-        SPLAT_ASSIGN(const data::Photograph photo,
-                     data::cut_photograph(given.picture, {network.resolution, given.crop,
-                                                          given.foreground, background}));
+        const bool whole = takes_whole_pictures(network);
+        data::CutOptions options{network.resolution, given.crop && !whole, given.foreground,
+                                 background};
+        options.flood = !whole;
+        options.depth = network.depth;
+        SPLAT_ASSIGN(const data::Photograph photo, data::cut_photograph(given.picture, options));
         Views& views = made.views;
         append(views.images, photo.image);
         if (!around) append(views.inputs, photo.image);
@@ -168,11 +183,17 @@ Result<PictureViews> views_of_pictures(const config::ModelConfig& network,
         if (network.origin_distance)
             views.inputs.insert(views.inputs.end(), area,
                                 static_cast<float>(given.origin_distance));
+        if (network.positions == kHeadInputDepth) {
+            SPLAT_ASSIGN(const std::vector<float> depths,
+                         head_depths(network, *given.picture.depth, given.picture.image.image));
+            append(views.inputs, depths);
+        }
         append(views.embedding, given.embedding);
         append(views.tokens, given.tokens);
         const auto focal = static_cast<float>(given.focal / photo.side * network.resolution);
         views.focals.insert(views.focals.end(), {focal, focal});
         made.facts.push_back(facts_of(photo, given));
+        made.facts.back().whole = !options.crop;
     }
     SPLAT_TRY(add_cameras(network, pictures, made.views));
     for (std::size_t i = 0; around && i < pictures.size(); ++i)

@@ -38,6 +38,10 @@ struct PictureViews {
     std::vector<PictureFacts> facts;
 };
 
+/// True for a network with the depth of each pixel in scene units: its pictures are taken whole, over the background
+/// only where a mask or an alpha is given.
+bool takes_whole_pictures(const config::ModelConfig& network);
+
 /// Cut the pictures out as a network takes them, with cameras relative to the first. Messages call them
 /// pictures[0] and so on.
 ///

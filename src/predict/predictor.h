@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <vector>
@@ -14,6 +15,24 @@
 #include "vk/context.h"
 
 namespace splat::predict {
+
+/// Most views of an aggregation: a joined scene has one more times the network's Gaussians.
+inline constexpr std::uint32_t kMostAggregated = 64;
+
+/// From how many further views predictions are made, too, and how these are drawn.
+struct Aggregation {
+    std::uint32_t views = 0;  ///< 0: none
+    raster::Convention convention = raster::Convention::k3dgs;
+};
+
+/// Errors: kInvalidArgument for another number of views than 0 or 2 to kMostAggregated, and for a network that does not
+/// take what drawn views have.
+Status check_aggregation(const config::ModelConfig& network, std::uint32_t views);
+
+/// The cameras of an aggregation, in the frame of the first: around the point in the middle of znear and zfar, yaw
+/// -0.25 sin t, pitch 0.15 cos t, t from 0 to 2 pi (F3D-Gaus, visualize.py). `views`: 2 or more.
+Result<std::vector<scene::Camera>> orbit_of_aggregation(const config::ModelConfig& network,
+                                                        std::uint32_t views);
 
 /// A network that predicts scenes of one object, and a rasterizer for images of them. It has no adapters:
 /// those of weights are folded in, which gives the same predictions in less time.
@@ -38,9 +57,17 @@ class Predictor {
     /// for inputs of another size; those of model::Model::set_input and of a forward pass.
     Status predict(const Views& views);
 
-    /// The predicted Gaussians that an image can show. Errors: those of Context::read.
+    /// Predict, draw what is predicted from further views, predict each of these, and join all Gaussians, those
+    /// of the picture first. ledger() is that of the last prediction; if its output is not finite, the result is empty.
+    /// Errors: those of check_aggregation, predict, scene and of the rasterizer.
+    Result<gaussians::Downloaded> aggregate(const Views& views, const Aggregation& options);
+
+    /// The predicted Gaussians that an image can show, of model.head.opacity_threshold or more. Errors: those of
+    /// Context::read.
     [[nodiscard]] Result<gaussians::Downloaded> scene() const {
-        return gaussians::download(context_, model_->set_desc(), model_->set(0), false);
+        return gaussians::download(
+            context_, model_->set_desc(), model_->set(0), false,
+            std::max(scene::kLeastOpacity, static_cast<double>(config().opacity_threshold)));
     }
 
     /// What of the latest prediction is finite and visible. Without outputs_not_finite, weights and inputs are

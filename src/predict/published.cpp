@@ -6,6 +6,7 @@
 #include <numbers>
 #include <optional>
 
+#include "config/heads.h"
 #include "config/presets.h"
 #include "core/os/path.h"
 #include "core/shown.h"
@@ -68,9 +69,8 @@ std::optional<Place> network_place(const NamedTensors& tensors) {
 }
 
 /// Width of the ray grid's last pixel from the middle, at depth 1: what its field of view depends on.
-std::optional<double> last_ray(const NamedTensors& tensors, std::int64_t resolution) {
+std::optional<double> last_ray(const NamedTensors& tensors, std::size_t r) {
     const NamedTensor* const rays = tensors.find("ray_dirs");
-    const auto r = static_cast<std::size_t>(resolution);
     if (rays == nullptr || rays->values.size() != 3 * r * r || !tensors.unchanged().ok())
         return std::nullopt;
     return std::abs(static_cast<double>(rays->values[r - 1]));
@@ -87,12 +87,13 @@ struct Known {
     std::string name, category;
     Traits traits;
     double ray = 0;  ///< the value that last_ray() gives for its weights
-    double resolution = 0;
+    std::uint32_t resolution = 0;
+    const char* head = "";
 };
 
 /// The published networks: second stages of trainings change nothing here and are left out, as is "small", which is
 /// for a first training.
-std::vector<Known> known_networks() {
+std::vector<Known> read_known_networks() {
     std::vector<Known> known;
     for (const config::Preset& preset : config::presets()) {
         const std::string name(preset.name);
@@ -100,8 +101,12 @@ std::vector<Known> known_networks() {
         const auto settings = settings_of(std::string(preset.text), name);
         if (!settings.ok()) continue;  // tests/config reads all of them
         const config::ModelConfig& network = settings.value().network;
-        Known one{name, settings.value().training.category, traits_of(network), 0,
-                  static_cast<double>(network.resolution)};
+        Known one{name,
+                  settings.value().training.category,
+                  traits_of(network),
+                  0,
+                  network.resolution,
+                  config::head_of(network).name};
         one.ray = std::abs(static_cast<double>(model::pixel_rays(network)[network.resolution - 1]));
         const bool second = std::ranges::any_of(known, [&one](const Known& other) {
             return other.category == one.category && other.traits == one.traits;
@@ -109,6 +114,11 @@ std::vector<Known> known_networks() {
         if (!second) known.push_back(std::move(one));
     }
     return known;
+}
+
+const std::vector<Known>& known_networks() {
+    static const std::vector<Known> all = read_known_networks();
+    return all;
 }
 
 std::vector<std::string> differences_of(const Traits& file, const Known& known) {
@@ -174,14 +184,14 @@ Traits traits_of(const NamedTensors& tensors) {
 Traits traits_of(const config::ModelConfig& c) {
     std::vector<std::uint32_t> attention;
     for (std::uint32_t level = 0; level < c.levels(); ++level) {
-        const std::uint32_t r = c.resolution >> level;
+        const std::uint32_t r = c.names_resolution() >> level;
         const auto& all = c.attention_resolutions;
         if (std::ranges::find(all, r) != all.end()) attention.push_back(r);
     }
     const bool embedded = c.embedding != config::Embedding::kNone;
     const char* const film = c.film == config::Film::kReference ? "reference" : "affine";
     return {{"model.network_with_offset", c.offset ? "true" : "false"},
-            {"data.training_resolution", text_of(c.resolution)},
+            {"data.training_resolution", text_of(c.names_resolution())},
             {"model.base_dim", text_of(c.base_dim)},
             {"model.num_blocks", text_of(c.num_blocks)},
             {"model.channel_mult", list_of(c.channel_mult)},
@@ -195,13 +205,11 @@ Traits traits_of(const config::ModelConfig& c) {
 }
 
 PublishedFit published_fit(const NamedTensors& tensors, const std::string& path) {
-    static const std::vector<Known> all = known_networks();
     PublishedFit fit;
     const Traits file = traits_of(tensors);
     if (file.empty()) return fit;
-    const std::optional<Place> place = network_place(tensors);
-    const std::optional<double> ray = last_ray(tensors, place->resolution);
-    for (const Known& known : all) {
+    for (const Known& known : known_networks()) {
+        const std::optional<double> ray = last_ray(tensors, known.resolution);
         std::vector<std::string> differences = differences_of(file, known);
         // The published fields of view differ by 6 %; rounding to bfloat16 changes 0.4 %.
         if (ray && std::abs(*ray - known.ray) > 0.01 * known.ray &&
@@ -232,6 +240,23 @@ std::string PublishedFit::sentence() const {
                "'network_with_offset.encoder.enc.RxR_conv.weight'";
     return "its tensors fit no published configuration; the nearest is " + nearest + ", but " +
            joined(differences);
+}
+
+Status expect_head(const NamedTensors& tensors, const config::ModelConfig& config) {
+    const std::optional<Place> place = network_place(tensors);
+    if (!place) return {};
+    const std::int64_t channels = dim_of(tensors.find(place->network + ".out.weight"), 0);
+    if (channels == config.output_channels()) return {};
+    const PublishedFit fit = published_fit(tensors, "");
+    for (const Known& known : known_networks()) {
+        const std::string own = config::head_of(config).name;
+        if (fit.names.empty() || known.name != fit.names[0] || known.head == own) continue;
+        return damaged(
+            "the weights are of another network than the configuration's: %s, whose head is '%s', "
+            "but 'model.head' is '%s'",
+            fit.sentence().c_str(), known.head, own.c_str());
+    }
+    return {};
 }
 
 void PublishedFit::write(JsonWriter& json) const {

@@ -6,6 +6,7 @@
 
 #include "config/model_config.h"
 #include "core/json_writer.h"
+#include "core/status.h"
 #include "io/tensor_file.h"
 
 namespace splat::predict {
@@ -32,5 +33,8 @@ struct PublishedFit {
 /// By traits and the field of view of ray_dirs; where several are left, by the published name of the file at
 /// `path`: model_NAME, or model_latest for objaverse.
 PublishedFit published_fit(const io::NamedTensors& tensors, const std::string& path);
+
+/// Errors: kFormat, with what they look like, for weights of a published network whose head is not the configuration's.
+Status expect_head(const io::NamedTensors& tensors, const config::ModelConfig& config);
 
 }  // namespace splat::predict

@@ -8,6 +8,7 @@
 
 #include "core/os/path.h"
 #include "data/depth_range.h"
+#include "predict/head_depths.h"
 #include "predict/lgm_views.h"
 #include "scene/camera_pose.h"
 
@@ -16,7 +17,8 @@ namespace {
 
 std::uint32_t maps_of(const config::ModelConfig& network) {
     using data::MapKind;
-    return (network.depth ? data::flag_of(MapKind::kDepth) : 0) |
+    const bool depth = network.depth || network.positions == kHeadInputDepth;
+    return (depth ? data::flag_of(MapKind::kDepth) : 0) |
            (network.normal ? data::flag_of(MapKind::kNormal) : 0) |
            (network.mask ? data::flag_of(MapKind::kMask) : 0);
 }
@@ -26,7 +28,8 @@ struct Maps {
     std::vector<float> depths, normals, masks, distances;
 
     Maps(const config::ModelConfig& network, std::size_t views, std::size_t pixels)
-        : depths(network.depth ? views * pixels : 0),
+        : depths((maps_of(network) & data::flag_of(data::MapKind::kDepth)) != 0 ? views * pixels
+                                                                                : 0),
           normals(network.normal ? views * 3 * pixels : 0),
           masks(network.mask ? views * pixels : 0),
           distances(views) {}
@@ -50,6 +53,9 @@ void append_input(const config::ModelConfig& network, const Maps& maps, std::siz
     if (network.mask) append(maps.masks, 1);
     if (network.origin_distance)
         views.inputs.insert(views.inputs.end(), pixels, maps.distances[view]);
+    if (network.positions != kHeadInputDepth) return;
+    append(maps.depths, 1);
+    to_scene_depths(network, std::span(views.inputs).last(pixels));
 }
 
 scene::Camera camera_of(const Views& views, std::size_t view, std::uint32_t resolution) {

@@ -78,11 +78,16 @@ config::Settings settings_of(const config::Preset& preset) {
     return made.value();
 }
 
+bool is_of_another_project(const config::Preset& preset) {
+    return settings_of(preset).network.positions != kHeadRayDepth;
+}
+
 TEST(Presets, AreThePublishedConfigurations) {
-    ASSERT_EQ(config::presets().size(), kPublished.size() + 1);
+    std::size_t found = 0;
     for (const config::Preset& preset : config::presets()) {
         SCOPED_TRACE(std::string(preset.name));
-        if (preset.name == "small") continue;
+        if (preset.name == "small" || is_of_another_project(preset)) continue;
+        ++found;
         ASSERT_TRUE(kPublished.contains(std::string(preset.name)));
         const Published& p = kPublished.at(std::string(preset.name));
         const config::Settings s = settings_of(preset);
@@ -114,6 +119,22 @@ TEST(Presets, AreThePublishedConfigurations) {
         EXPECT_EQ(preset.name.substr(0, preset.name.find('_')),
                   t.category == "cars_priors" ? "cars" : t.category);
     }
+    EXPECT_EQ(found, kPublished.size());
+}
+
+/// W-Ted/F3D-Gaus 8e52aec: config/imagenetgs_256x256_v1.yaml and src/gaussian_predictor.py.
+TEST(Presets, F3dGausIsThePublishedOne) {
+    const config::Settings s = settings_of(need(config::preset_of("f3d-gaus-256")));
+    const config::ModelConfig& n = s.network;
+    EXPECT_EQ(n.positions, kHeadInputDepth);
+    EXPECT_TRUE(n.depth_farther);
+    EXPECT_EQ(std::tuple(n.znear, n.zfar, n.fov_degrees, n.resolution, n.names_resolution()),
+              std::tuple(6.667F, 8.667F, 13.164F, 256U, 128U));
+    EXPECT_EQ(std::tuple(n.image_channels(), n.input_channels(), n.output_channels()),
+              std::tuple(4U, 5U, 23U));
+    EXPECT_EQ(std::tuple(n.num_blocks, n.init_scale.scale, n.init_scale.bias),
+              std::tuple(3U, 0.0005F, 0.01F));
+    EXPECT_FALSE(s.training.white_background);
 }
 
 /// What a step costs, by the multiplications of a convolution of each level, beside that of the published cars model;

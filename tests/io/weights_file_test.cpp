@@ -146,6 +146,33 @@ TEST_F(WeightsFileTest, KnowsCheckpoints) {
     EXPECT_EQ(weights.tensors[0].values, (std::vector<float>{4}));
 }
 
+/// As the checkpoint of F3D-Gaus: "model" beside the optimiser's state, which is not read.
+TEST_F(WeightsFileTest, TakesWrappersOffNames) {
+    test::PickleText pickle;
+    pickle.raw("}(").text("optimizer").raw("}").text("state").raw("}").raw("s").text("model");
+    pickle.raw("}(").text("module.gaussian_predictor.w");
+    pickle.tensor("FloatStorage", "0", 2, 0, {1}, {1}).text("module.gaussian_predictor.v");
+    pickle.tensor("FloatStorage", "0", 2, 1, {1}, {1}).raw("uu");
+    const Buffer file = test::sample_pth(pickle.done(), {test::raw_bytes<float>({4, 5})});
+    const auto weights = need(read_weights(MemorySource(file), "x"));
+    ASSERT_EQ(weights.tensors.size(), 2U);
+    ASSERT_NE(weights.tensors.find("v"), nullptr);
+    EXPECT_EQ(weights.tensors.find("v")->values, (std::vector<float>{5}));
+    EXPECT_EQ(weights.warnings,
+              (std::vector<std::string>{
+                  "'module.', with which the names of all its tensors begin, is left out",
+                  "'gaussian_predictor.', with which the names of all its tensors begin, is left "
+                  "out"}));
+    NamedTensors mixed;
+    for (const char* name : {"module.a", "b"})
+        ASSERT_OK(mixed.add({name, {1}, NumberType::kF32, {1.0F}}));
+    EXPECT_FALSE(mixed.drop_start("module.")) << "not all begin with it";
+    EXPECT_NE(mixed.find("module.a"), nullptr);
+    NamedTensors bare;
+    ASSERT_OK(bare.add({"module.", {1}, NumberType::kF32, {1.0F}}));
+    EXPECT_FALSE(bare.drop_start("module.")) << "nothing would be left";
+}
+
 TEST_F(WeightsFileTest, RefusesOtherFiles) {
     const auto refused = [](const std::string& text, const char* part, Code code) {
         EXPECT_ERROR(read_weights(MemorySource(test::bytes_of(text)), "x.pth"), code, part);

@@ -172,18 +172,29 @@ TEST_P(GaussianHead, NoNumberComesOfNaN) {
 
 /// Activations far from 0 and at the bounds of a box: both directions, and what is small keeps its digits.
 TEST_P(GaussianHead, LimitsOfActivations) {
-    const HeadForm form{.positions = kHeadBox,
-                        .least = -1,
-                        .most = 1,
-                        .scales = kHeadSoftplus,
-                        .sh_degree = 0,
-                        .direct = true};
+    const HeadForm lgm{.positions = kHeadBox,
+                       .least = -1,
+                       .most = 1,
+                       .scales = kHeadSoftplus,
+                       .sh_degree = 0,
+                       .direct = true};
     const float values[] = {0, 1e-6F, -1e-6F, 1,   -1, 1.0000001F, -1.0000001F,
                             8, -8,    20,     -20, 40, -40};
-    OpCall call = head_sample({1, 1, std::size(values)}, 1, form, kNone, 345);
-    for (std::size_t i = 0; i < call.inputs[0].values.size(); ++i)
-        call.inputs[0].values[i] = values[(i + i / std::size(values)) % std::size(values)];
-    expect_float64(context(), call, "limits");
+    const HeadForm forms[] = {lgm, {}, {.positions = kHeadInputDepth, .isotropic = true}};
+    for (const HeadForm& form : forms) {
+        const HeadLayout layout(form);
+        OpCall call = head_sample({1, 1, std::size(values)}, 1, form, kNone, 345);
+        for (std::size_t i = 0; i < call.inputs[0].values.size(); ++i) {
+            float& value = call.inputs[0].values[i];
+            value = values[(i + i / std::size(values)) % std::size(values)];
+            const std::size_t channel = i / std::size(values);
+            const bool scale =
+                channel >= layout.at(kHeadScale) && channel < layout.at(kHeadRotation);
+            if (scale && form.scales == kHeadExp)
+                value = std::min(value, 8.0F);  // e^8 is 3000 units
+        }
+        expect_float64(context(), call, format("limits of head %u", form.positions));
+    }
 }
 
 TEST_P(GaussianHead, RejectsWhatDoesNotFit) {

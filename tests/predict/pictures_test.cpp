@@ -26,7 +26,7 @@ data::NamedImage picture(std::uint32_t channels = 3, std::uint16_t dark = 30) {
             for (std::uint32_t c = 0; c < channels; ++c)
                 image.samples.push_back(inside ? static_cast<std::uint16_t>(dark + 10 * c) : 220);
         }
-    return {std::move(image), "the picture"};
+    return {std::move(image), "the picture", {}};
 }
 
 PictureInput input_of(data::NamedImage image) {
@@ -84,6 +84,84 @@ TEST(Pictures, MapsFollowTheColours) {
     EXPECT_EQ(planes[7 * area + middle], 1) << "mask";
     EXPECT_EQ(planes[7 * area], 0);
     EXPECT_EQ(planes[8 * area], 2.5F) << "distance of the origin";
+}
+
+/// A network whose head takes depths, as that of F3D-Gaus: depths 2 to 4, colours and mask.
+config::ModelConfig depth_network() {
+    config::ModelConfig config = network();
+    config.positions = kHeadInputDepth;
+    config.mask = true;
+    config.znear = 2;
+    config.zfar = 4;
+    return config;
+}
+
+/// Depths of 16 bits that grow to the right, of the picture's size or half of it.
+data::NamedImage depth_map(std::uint32_t width = 80, std::uint32_t height = 60) {
+    io::Image image;
+    image.width = width;
+    image.height = height;
+    image.channels = 1;
+    image.bits = 16;
+    for (std::uint32_t i = 0; i < width * height; ++i)
+        image.samples.push_back(static_cast<std::uint16_t>(7000 + i % width));
+    return {std::move(image), "the map", {}};
+}
+
+TEST(Pictures, DepthsOfTheHeadAreInSceneUnits) {
+    config::ModelConfig config = depth_network();
+    config.resolution = 60;  // the central square as it is
+    config.depth_farther = true;
+    PictureInput input = input_of(picture());
+    input.picture.depth = depth_map();
+    const auto made = need(views_of(config, input));
+    const std::size_t area = std::size_t{60} * 60;
+    ASSERT_EQ(made.views.inputs.size(), 5 * area);
+    const std::span<const float> planes(made.views.inputs);
+    EXPECT_TRUE(made.facts[0].whole);
+    EXPECT_EQ(made.facts[0].found, data::MaskFrom::kNothing) << "no flood";
+    EXPECT_EQ(made.facts[0].side, 60);
+    for (const float mask : planes.subspan(3 * area, area)) ASSERT_EQ(mask, 1);
+    EXPECT_NEAR(planes[30 * 60 + 15], 30 / 255.0, 1e-6) << "columns 10 to 70, not cut out";
+    const auto depths = planes.last(area);
+    EXPECT_EQ(depths[0], 2);
+    EXPECT_EQ(depths[59], 4);
+    EXPECT_NEAR(depths[60 + 20], 2 + 2 * 20 / 59.0, 1e-6) << "all 16 bits";
+
+    config.depth_farther = false;
+    const auto nearer = need(views_of(config, input));
+    EXPECT_EQ(nearer.views.inputs[4 * area], 4);
+    EXPECT_EQ(nearer.views.inputs[4 * area + 59], 2);
+    EXPECT_NEAR(nearer.views.inputs[4 * area + 20], 1 / (0.25 + 0.25 * 20 / 59.0), 1e-6)
+        << "inverse depths are linear";
+
+    input.picture.depth->exact.assign(std::size_t{80} * 60, 1e6F);
+    input.picture.depth->exact[60 * 30 + 30] = 1e6F + 1;
+    EXPECT_EQ(need(views_of(config, input)).views.inputs[4 * area], 4) << "numbers, not samples";
+    input.picture.mask = picture(1, 30);
+    for (std::uint16_t& sample : input.picture.mask->image.samples)
+        sample = sample == 220 ? 255 : 0;
+    const auto masked = need(views_of(config, input));
+    EXPECT_EQ(masked.views.inputs[3 * area + 30 * 60 + 15], 0) << "the given mask";
+}
+
+TEST(Pictures, DepthsOfTheHeadAreRefusedWithASentence) {
+    const config::ModelConfig config = depth_network();
+    PictureInput input = input_of(picture());
+    expect_refused(config, input, "pictures[0]: a depth map is missing, but the network takes one");
+    input.picture.depth = depth_map(40, 30);
+    EXPECT_OK(views_of(config, input)) << "another size of the same proportion";
+    input.foreground = 0.5;
+    expect_refused(config, input, "foreground is 0.5, but the network takes depths of whole");
+    input.foreground = PictureInput().foreground;
+    input.picture.depth = depth_map(60, 60);
+    expect_refused(config, input,
+                   "the map is 60 x 60 pixels, expected the proportion of the image's 80 x 60");
+    input.picture.depth = depth_map();
+    for (std::uint16_t& sample : input.picture.depth->image.samples) sample = 9;
+    expect_refused(config, input, "the map has one depth everywhere, 9");
+    input.picture.depth = depth_map();
+    expect_refused(network(), input, "a depth map is given, but the network takes none");
 }
 
 TEST(Pictures, FocalLengthsScaleWithTheSquare) {

@@ -152,5 +152,91 @@ TEST_F(PredictorTest, TellsAnOutputThatIsNotFinite) {
     EXPECT_GT(broken->ledger().outputs_not_finite, 0U);
 }
 
+/// A small network with the inputs of F3D-Gaus.
+config::ModelConfig depth_network() {
+    config::ModelConfig config = test::small_config();
+    config.positions = kHeadInputDepth;
+    config.mask = true;
+    config.fov_degrees = 13.164F;
+    config.znear = 6.667F;
+    config.zfar = 8.667F;
+    config.init_opacity = {0.1F, 1};
+    config.init_scale = {0.01F, 0.3F};
+    return config;
+}
+
+/// The first camera and those of the orbit look at the middle of the depths from the same distance.
+TEST_F(PredictorTest, AggregationLooksFromAnOrbit) {
+    const config::ModelConfig config = depth_network();
+    const auto cameras = need(orbit_of_aggregation(config, 8));
+    ASSERT_EQ(cameras.size(), 8U);
+    for (const scene::Camera& camera : cameras) {
+        const scene::Vec3 middle(0, 0, 7.667);
+        const scene::Vec3 at = scene::rotation_of(camera.world_to_camera) * middle +
+                               scene::translation_of(camera.world_to_camera);
+        EXPECT_NEAR(glm::length(at - middle), 0, 1e-5);
+    }
+    const scene::Vec3 first = scene::camera_center(cameras[0]);
+    EXPECT_NEAR(first.x, 0, 1e-9);
+    EXPECT_NEAR(first.y, -7.667 * std::sin(0.15), 1e-5);
+    EXPECT_NEAR(glm::length(scene::camera_center(cameras[7]) - first), 0, 1e-9) << "a whole turn";
+    EXPECT_NEAR(scene::camera_center(cameras[2]).x,
+                7.667 * std::sin(0.25 * std::sin(4 * std::numbers::pi / 7)) *
+                    std::cos(0.15 * std::cos(4 * std::numbers::pi / 7)),
+                1e-5);
+}
+
+TEST_F(PredictorTest, AggregationJoinsWhatDrawnViewsGive) {
+    settings_.network = depth_network();
+    auto plain = need(model::Model::create(*context_, settings_.network, {}));
+    EXPECT_OK(plain->init(7));
+    io::WeightsFile file;
+    file.tensors = need(model::save_state(*plain));
+    const auto made = predictor(file);
+    Views views = picture();
+    const std::size_t area = std::size_t{16} * 16;
+    for (std::size_t i = 0; i < area; ++i) {
+        views.inputs[3 * area + i] = 1;
+        views.inputs[4 * area + i] = 7.5F;
+    }
+    EXPECT_OK(made->predict(views));
+    const auto one = need(made->scene());
+    ASSERT_GT(one.gaussians.count(), 200U);
+    const auto all = need(made->aggregate(views, {.views = 3}));
+    EXPECT_EQ(all.gaussians.count() + all.faint + all.not_finite, 4 * area);
+    EXPECT_GT(all.gaussians.count(), 3 * one.gaussians.count());
+    EXPECT_TRUE(std::equal(one.gaussians.means.begin(), one.gaussians.means.end(),
+                           all.gaussians.means.begin()))
+        << "those of the picture come first, as they were";
+    // Drawn depths put the other views' Gaussians where the picture's are.
+    double depth = 0;
+    const std::size_t rest = all.gaussians.count() - one.gaussians.count();
+    for (std::size_t i = one.gaussians.count(); i < all.gaussians.count(); ++i)
+        depth += static_cast<double>(all.gaussians.means[3 * i + 2]) / static_cast<double>(rest);
+    EXPECT_NEAR(depth, 7.5, 0.3);
+    const auto again = need(made->aggregate(views, {.views = 3}));
+    EXPECT_EQ(again.gaussians.means, all.gaussians.means) << "the same bits";
+    EXPECT_ERROR(made->aggregate(views, {.views = 1}), Code::kInvalidArgument,
+                 "aggregation over 1 views, expected 0, or 2 to 64");
+    EXPECT_ERROR(check_aggregation(test::small_config(), 8), Code::kInvalidArgument,
+                 "the network must take one picture of colours and mask, and depths for its head");
+}
+
+TEST_F(PredictorTest, ScenesLeaveOutWhatIsBelowTheThreshold) {
+    const io::WeightsFile file = weights(settings_.network);
+    const auto usual = predictor(file);
+    EXPECT_OK(usual->predict(picture()));
+    const auto all = need(usual->scene());
+    settings_.network.opacity_threshold = 0.4F;
+    const auto strict = predictor(file);
+    EXPECT_OK(strict->predict(picture()));
+    const auto some = need(strict->scene());
+    EXPECT_LT(some.gaussians.count(), all.gaussians.count());
+    EXPECT_GT(some.gaussians.count(), 0U);
+    EXPECT_EQ(some.gaussians.count() + some.faint, all.gaussians.count() + all.faint);
+    for (const float logit : some.gaussians.opacity_logits)
+        EXPECT_GE(scene::opacity_of(static_cast<double>(logit)), 0.4F);
+}
+
 }  // namespace
 }  // namespace splat::predict

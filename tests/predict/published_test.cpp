@@ -35,7 +35,7 @@ NamedTensors published_file(const config::ModelConfig& c, bool rays = true) {
     if (rays) add(file, "ray_dirs", {1, 3, r, r}, model::pixel_rays(c));
     const std::string net = c.network_name();
     for (std::uint32_t level = 0; level < c.levels(); ++level) {
-        const std::string size = std::to_string(c.resolution >> level);
+        const std::string size = std::to_string(c.names_resolution() >> level);
         const std::string at = net + ".encoder.enc." + size + "x" + size + "_";
         const std::int64_t width = c.base_dim * c.channel_mult[level];
         if (level == 0) add(file, at + "conv.weight", {c.base_dim, c.image_channels(), 3, 3});
@@ -68,6 +68,21 @@ TEST(Published, IsFoundByShapesAndFieldOfView) {
     EXPECT_EQ(any.sentence(),
               "its tensors fit the published configurations cars, chairs, gso, hydrants, "
               "objaverse, teddybears");
+}
+
+TEST(Published, FindsF3dGausAndTellsItFromOthers) {
+    const config::ModelConfig f3d = network_of("f3d-gaus-256"), cars = network_of("cars");
+    const NamedTensors file = published_file(f3d);
+    EXPECT_EQ(published_fit(file, "checkpoint_256x256_v1.pt").names, Names{"f3d-gaus-256"});
+    EXPECT_EQ(published_fit(published_file(f3d, false), "x.pt").names, Names{"f3d-gaus-256"});
+    EXPECT_OK(expect_head(file, f3d));
+    EXPECT_OK(expect_head(published_file(cars), cars));
+    EXPECT_ERROR(expect_head(file, cars), Code::kFormat,
+                 "the weights are of another network than the configuration's: its tensors fit the "
+                 "published configuration f3d-gaus-256, whose head is 'f3d', but 'model.head' is "
+                 "'splatter'");
+    EXPECT_ERROR(expect_head(published_file(cars), f3d), Code::kFormat,
+                 "cars, chairs, whose head is 'splatter', but 'model.head' is 'f3d'");
 }
 
 TEST(Published, IsDecidedByTheNameOfTheFile) {
@@ -125,7 +140,7 @@ TEST(Published, TraitsAreThoseOfNetworksThatAreBuilt) {
     plain.num_blocks = 1;
     plain.channel_mult = {1, 2};
     plain.attention_resolutions = {8};
-    std::vector<config::ModelConfig> all(6, plain);
+    std::vector<config::ModelConfig> all(7, plain);
     all[1].offset = false;
     all[1].sh_degree = 0;
     all[2].depth = all[2].normal = true;
@@ -138,6 +153,9 @@ TEST(Published, TraitsAreThoseOfNetworksThatAreBuilt) {
     all[4].lora.rank = 2;
     all[5].token_dim = 6;
     all[5].tokens = 3;
+    all[6].named_resolution = 8;
+    all[6].attention_resolutions = {4};
+    all[6].positions = kHeadInputDepth;
     for (std::size_t i = 0; i < all.size(); ++i) {
         const auto made = need(model::Model::create(*context, all[i], {}));
         EXPECT_EQ(traits_of(need(model::save_state(*made))), traits_of(all[i])) << "network " << i;

@@ -68,6 +68,28 @@ TEST_F(BatchesTest, OrderIsThatOfEarlierRuns) {
     }
 }
 
+/// A last plane of the inputs, of the nearness that the data set's maps hold.
+TEST_F(BatchesTest, DepthsOfTheHeadAreInSceneUnits) {
+    settings_.network.depth = true;
+    const Batch shown = need(BatchSource(data(), settings_, kSeed).make(0));
+    settings_.network.depth = false;
+    settings_.network.positions = kHeadInputDepth;
+    const Batch batch = need(BatchSource(data(), settings_, kSeed).make(0));
+    const std::size_t area = std::size_t{desc_.resolution} * desc_.resolution;
+    ASSERT_EQ(batch.images.size(), 4 * area);
+    const std::vector<float>& nearness = shown.images;
+    float least = 9, most = 0;
+    for (std::size_t i = 0; i < area; ++i) {
+        const float depth = batch.images[3 * area + i];
+        const float inverse = 1 / 1.8F + nearness[3 * area + i] * (1 / 0.8F - 1 / 1.8F);
+        ASSERT_NEAR(depth, 1 / inverse, 1e-5) << i;
+        least = std::min(least, depth);
+        most = std::max(most, depth);
+    }
+    EXPECT_NEAR(most, 1.8F, 1e-5) << "behind the object";
+    EXPECT_LT(least, 0.82F);
+}
+
 TEST_F(BatchesTest, AnyNumberCanBeReadAtAnyTime) {
     const BatchSource source(data(), settings_, kSeed);
     for (const std::size_t threads : {1, 2, 5}) {

@@ -1,6 +1,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "config/heads.h"
 #include "model/lpips_weights.h"
 #include "support/gpu_buffers.h"
 #include "support/parsed_json.h"
@@ -73,6 +74,43 @@ TEST_P(TrainerRules, LearnsABatchByHeart) {
     EXPECT_LT(last.loss.total, 0.8 * first.loss.total);
     EXPECT_NEAR(last.loss.total, 0.8 * last.loss.pixel + 0.2 * (1 - last.loss.of("ssim")), 1e-12);
     EXPECT_EQ(last.loss.pixel, last.loss.squared);
+}
+
+/// Every head of model.head, and one more, whose row is all that it takes.
+TEST_P(TrainerRules, HeadsLearnABatchByHeart) {
+    std::vector<config::Head> heads(std::begin(config::kHeads), std::end(config::kHeads));
+    heads.push_back({"mine",
+                     {.positions = kHeadInputDepth, .scales = kHeadSoftplus, .per_pixel = 2},
+                     {1, 0},
+                     {0.01F, 0},
+                     {1, 0},
+                     {0.1F, 0.05F},
+                     0});
+    const TrainConfig training = small_training();
+    for (const config::Head& head : heads) {
+        SCOPED_TRACE(head.name);
+        model::ModelConfig network = small_network();
+        const config::HeadInit opacity = network.init_opacity, scale = network.init_scale;
+        config::take_head(head, network);
+        network.init_opacity = opacity;
+        network.init_scale = scale;
+        network.box = 0.5;
+        Batch batch(network, training);
+        const std::size_t pixels = 64, planes = network.input_channels();
+        for (std::size_t i = 0; i < batch.images.size(); ++i)
+            if (network.positions == kHeadInputDepth && i / pixels % planes == planes - 1)
+                batch.images[i] = 1.3F;
+        for (scene::Camera& camera : batch.cameras)  // the box is around the origin
+            camera.world_to_camera[11] = network.positions == kHeadBox ? 1.3 : 0;
+        const auto trainer = make(network, training);
+        EXPECT_EQ(trainer->model().set_desc().gaussians, 64 * head.form.per_pixel);
+        const TrainStep first = run(*trainer, batch);
+        TrainStep last;
+        for (int i = 0; i < 15; ++i) last = run(*trainer, batch);
+        EXPECT_FALSE(last.skipped);
+        EXPECT_GT(first.pairs, 0U);
+        EXPECT_LT(last.loss.total, 0.9 * first.loss.total);
+    }
 }
 
 /// The gradient of the whole chain against central differences, for those parameters that every

@@ -238,6 +238,129 @@ namespace Splat
         IgnoreDistortion = 1,
     }
 
+    /// <summary>Whose rules a rasterizer follows where renderers differ.</summary>
+    public enum Convention : int
+    {
+        /** <summary>Nothing: the default.</summary> */ Default = 0,
+        /** <summary>Kerbl et al. 2023: extents of 3 sigma, quaternions as given</summary> */ Original3dgs = 1,
+        /** <summary>gsplat 1.6: exactly alpha &gt;= 1/255, quaternions normalised</summary> */ Gsplat = 2,
+    }
+
+    /// <summary>What a rasterizer can do.</summary>
+    [Flags]
+    public enum RasterizerFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /** <summary>colours are RGB, not spherical harmonics</summary> */ DirectColors = 1,
+        /** <summary>opacity compensates for the dilation</summary> */ Antialiased = 2,
+        /** <summary>outputs Depth, ExpectedDepth, Contributors</summary> */ Depth = 4,
+        /** <summary>it computes gradients</summary> */ Backward = 8,
+        /** <summary>gradients from the depth; implies Backward</summary> */ GradDepth = 16,
+        /** <summary>the pose, for <c>Convention.Gsplat</c>; implies Backward</summary> */ GradPose = 32,
+        /** <summary>gradients of means2d; implies Backward</summary> */ GradMeans2d = 64,
+        /// <summary><c>Convention.Original3dgs</c>: the gradient of the original code with its three quirks</summary>
+        OriginalGradient = 128,
+        /** <summary>output Normals</summary> */ Normals = 256,
+        /** <summary>fx, fy, cx, cy; implies GradPose</summary> */ GradIntrinsics = 512,
+        /** <summary>contributions of a backward call; implies it</summary> */ Contributions = 1024,
+        /** <summary>output IDS; implies Depth</summary> */ Ids = 2048,
+        /// <summary>blend by the distance of a mean to the camera, not by its depth; outputs of depth stay
+        /// z</summary>
+        SortByDistance = 4096,
+        /** <summary>alpha is 0 beyond 3 sigma of the dilated ellipse</summary> */ Cut3Sigma = 8192,
+        /// <summary>colours are linear: <c>Background</c> is sRGB and made linear, <c>Rasterizer.ReadImages</c>
+        /// converts RGB to sRGB (IEC 61966-2-1); tensors, <c>Rasterizer.Read</c> and gradients stay linear</summary>
+        LinearColors = 16384,
+    }
+
+    /// <summary>Work that is skipped because it does not change the image. Gaussians that a convention culls (see
+    /// <c>Output</c>) are always culled.</summary>
+    [Flags]
+    public enum SkipFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /** <summary>the region where alpha &lt; 1/255</summary> */ OpacityExtent = 1,
+        /** <summary>tiles that the ellipse does not touch</summary> */ ExactTiles = 2,
+        /** <summary>sorting Gaussians that reach no tile: too faint, too small</summary> */ Cull = 4,
+        /** <summary>blending where every pixel has stopped; not in plain kernels</summary> */ EarlyOut = 8,
+        /// <summary>drawing if scene, cameras and background are unchanged; never for tensors, which may have been
+        /// written</summary>
+        Unchanged = 16,
+        /// <summary>Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs</summary>
+        Blocks = 32,
+    }
+
+    /// <summary>What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a
+    /// range of fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other, I Gaussians
+    /// in all. Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the
+    /// image, not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.</summary>
+    public enum Output : int
+    {
+        /** <summary>Nothing: the default.</summary> */ Default = 0,
+        /** <summary>[V,H,W,3] colours over the background</summary> */ Rgb = 1,
+        /** <summary>[V,H,W] sum of the weights</summary> */ Alpha = 2,
+        /** <summary>[V,H,W] sum of weight * depth, scene units along z</summary> */ Depth = 3,
+        /** <summary>[V,H,W] depth / alpha</summary> */ ExpectedDepth = 4,
+        /** <summary>[V,H,W] Gaussians of weight &gt; 0</summary> */ Contributors = 5,
+        /** <summary>[V,N,2] places of their means, pixels</summary> */ Means2d = 6,
+        /** <summary>[V,N,2] half extents, pixels</summary> */ Radii = 7,
+        /** <summary>[V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y)</summary> */ Conics = 8,
+        /** <summary>[V,N] depths of their means, scene units along z</summary> */ Depths = 9,
+        /** <summary>[V,N] 1, or 0 if culled</summary> */ Visibility = 10,
+        /// <summary>[V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera</summary>
+        Normals = 11,
+        /// <summary>[V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none</summary>
+        Ids = 12,
+    }
+
+    /// <summary>What becomes of gradients.</summary>
+    [Flags]
+    public enum GradientFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /** <summary>add gradients to the tensors' contents instead of overwriting them</summary> */ Accumulate = 1,
+    }
+
+    /// <summary>A format of image files.</summary>
+    public enum ImageFormat : int
+    {
+        /** <summary>Nothing: the default.</summary> */ Default = 0,
+        /** <summary>8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0</summary> */ Png = 1,
+        /** <summary>float32 [height,width,channels]; U8 is divided by 255</summary> */ Npy = 2,
+        /** <summary>animations: 252 colours, dithered; no alpha</summary> */ Gif = 3,
+        /** <summary>16 bits, to memory only: 65535 v rounded and clamped; NaN is 0</summary> */ Png16 = 4,
+        /** <summary>animations: 8 bits without loss; sides up to 16383</summary> */ Webp = 5,
+    }
+
+    /// <summary>Options of a picture.</summary>
+    [Flags]
+    public enum PictureFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /** <summary>use the largest centred square, not the object's</summary> */ Whole = 1,
+    }
+
+    /// <summary>How the object was found.</summary>
+    public enum Found : int
+    {
+        /** <summary>Nothing: the default.</summary> */ Default = 0,
+        /** <summary>by the mask that was given</summary> */ ByMask = 1,
+        /** <summary>by an alpha that is not opaque everywhere</summary> */ ByAlpha = 2,
+        /** <summary>by what differs from the colour of the picture's border</summary> */ ByBorder = 3,
+        /** <summary>the whole picture counts as the object</summary> */ Nothing = 4,
+    }
+
+    /// <summary>Warnings of a picture.</summary>
+    [Flags]
+    public enum PictureWarningFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /** <summary>nothing was found in a picture that was to be cut out</summary> */ NoObject = 1,
+        /// <summary>the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5</summary>
+        FieldOfView = 2,
+        /** <summary>the object reaches the picture's border: a part is missing</summary> */ AtBorder = 4,
+    }
+
     /// <summary>How weights are read or written.</summary>
     [Flags]
     public enum WeightsFlags : uint
@@ -356,129 +479,6 @@ namespace Splat
         /** <summary>enable <c>Module.Backward</c></summary> */ Gradients = 1,
         /** <summary>with Gradients: also of inputs</summary> */ InputGradients = 2,
         /** <summary>dropout in a residual_block; an operator always applies it</summary> */ Training = 4,
-    }
-
-    /// <summary>Options of a picture.</summary>
-    [Flags]
-    public enum PictureFlags : uint
-    {
-        /** <summary>Nothing: the default.</summary> */ None = 0,
-        /** <summary>use the largest centred square, not the object's</summary> */ Whole = 1,
-    }
-
-    /// <summary>How the object was found.</summary>
-    public enum Found : int
-    {
-        /** <summary>Nothing: the default.</summary> */ Default = 0,
-        /** <summary>by the mask that was given</summary> */ ByMask = 1,
-        /** <summary>by an alpha that is not opaque everywhere</summary> */ ByAlpha = 2,
-        /** <summary>by what differs from the colour of the picture's border</summary> */ ByBorder = 3,
-        /** <summary>the whole picture counts as the object</summary> */ Nothing = 4,
-    }
-
-    /// <summary>Warnings of a picture.</summary>
-    [Flags]
-    public enum PictureWarningFlags : uint
-    {
-        /** <summary>Nothing: the default.</summary> */ None = 0,
-        /** <summary>nothing was found in a picture that was to be cut out</summary> */ NoObject = 1,
-        /// <summary>the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5</summary>
-        FieldOfView = 2,
-        /** <summary>the object reaches the picture's border: a part is missing</summary> */ AtBorder = 4,
-    }
-
-    /// <summary>Whose rules a rasterizer follows where renderers differ.</summary>
-    public enum Convention : int
-    {
-        /** <summary>Nothing: the default.</summary> */ Default = 0,
-        /** <summary>Kerbl et al. 2023: extents of 3 sigma, quaternions as given</summary> */ Original3dgs = 1,
-        /** <summary>gsplat 1.6: exactly alpha &gt;= 1/255, quaternions normalised</summary> */ Gsplat = 2,
-    }
-
-    /// <summary>What a rasterizer can do.</summary>
-    [Flags]
-    public enum RasterizerFlags : uint
-    {
-        /** <summary>Nothing: the default.</summary> */ None = 0,
-        /** <summary>colours are RGB, not spherical harmonics</summary> */ DirectColors = 1,
-        /** <summary>opacity compensates for the dilation</summary> */ Antialiased = 2,
-        /** <summary>outputs Depth, ExpectedDepth, Contributors</summary> */ Depth = 4,
-        /** <summary>it computes gradients</summary> */ Backward = 8,
-        /** <summary>gradients from the depth; implies Backward</summary> */ GradDepth = 16,
-        /** <summary>the pose, for <c>Convention.Gsplat</c>; implies Backward</summary> */ GradPose = 32,
-        /** <summary>gradients of means2d; implies Backward</summary> */ GradMeans2d = 64,
-        /// <summary><c>Convention.Original3dgs</c>: the gradient of the original code with its three quirks</summary>
-        OriginalGradient = 128,
-        /** <summary>output Normals</summary> */ Normals = 256,
-        /** <summary>fx, fy, cx, cy; implies GradPose</summary> */ GradIntrinsics = 512,
-        /** <summary>contributions of a backward call; implies it</summary> */ Contributions = 1024,
-        /** <summary>output IDS; implies Depth</summary> */ Ids = 2048,
-        /// <summary>blend by the distance of a mean to the camera, not by its depth; outputs of depth stay
-        /// z</summary>
-        SortByDistance = 4096,
-        /** <summary>alpha is 0 beyond 3 sigma of the dilated ellipse</summary> */ Cut3Sigma = 8192,
-        /// <summary>colours are linear: <c>Background</c> is sRGB and made linear, <c>Rasterizer.ReadImages</c>
-        /// converts RGB to sRGB (IEC 61966-2-1); tensors, <c>Rasterizer.Read</c> and gradients stay linear</summary>
-        LinearColors = 16384,
-    }
-
-    /// <summary>Work that is skipped because it does not change the image. Gaussians that a convention culls (see
-    /// <c>Output</c>) are always culled.</summary>
-    [Flags]
-    public enum SkipFlags : uint
-    {
-        /** <summary>Nothing: the default.</summary> */ None = 0,
-        /** <summary>the region where alpha &lt; 1/255</summary> */ OpacityExtent = 1,
-        /** <summary>tiles that the ellipse does not touch</summary> */ ExactTiles = 2,
-        /** <summary>sorting Gaussians that reach no tile: too faint, too small</summary> */ Cull = 4,
-        /** <summary>blending where every pixel has stopped; not in plain kernels</summary> */ EarlyOut = 8,
-        /// <summary>drawing if scene, cameras and background are unchanged; never for tensors, which may have been
-        /// written</summary>
-        Unchanged = 16,
-        /// <summary>Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs</summary>
-        Blocks = 32,
-    }
-
-    /// <summary>What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a
-    /// range of fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other, I Gaussians
-    /// in all. Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the
-    /// image, not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.</summary>
-    public enum Output : int
-    {
-        /** <summary>Nothing: the default.</summary> */ Default = 0,
-        /** <summary>[V,H,W,3] colours over the background</summary> */ Rgb = 1,
-        /** <summary>[V,H,W] sum of the weights</summary> */ Alpha = 2,
-        /** <summary>[V,H,W] sum of weight * depth, scene units along z</summary> */ Depth = 3,
-        /** <summary>[V,H,W] depth / alpha</summary> */ ExpectedDepth = 4,
-        /** <summary>[V,H,W] Gaussians of weight &gt; 0</summary> */ Contributors = 5,
-        /** <summary>[V,N,2] places of their means, pixels</summary> */ Means2d = 6,
-        /** <summary>[V,N,2] half extents, pixels</summary> */ Radii = 7,
-        /** <summary>[V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y)</summary> */ Conics = 8,
-        /** <summary>[V,N] depths of their means, scene units along z</summary> */ Depths = 9,
-        /** <summary>[V,N] 1, or 0 if culled</summary> */ Visibility = 10,
-        /// <summary>[V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera</summary>
-        Normals = 11,
-        /// <summary>[V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none</summary>
-        Ids = 12,
-    }
-
-    /// <summary>What becomes of gradients.</summary>
-    [Flags]
-    public enum GradientFlags : uint
-    {
-        /** <summary>Nothing: the default.</summary> */ None = 0,
-        /** <summary>add gradients to the tensors' contents instead of overwriting them</summary> */ Accumulate = 1,
-    }
-
-    /// <summary>A format of image files.</summary>
-    public enum ImageFormat : int
-    {
-        /** <summary>Nothing: the default.</summary> */ Default = 0,
-        /** <summary>8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0</summary> */ Png = 1,
-        /** <summary>float32 [height,width,channels]; U8 is divided by 255</summary> */ Npy = 2,
-        /** <summary>animations: 252 colours, dithered; no alpha</summary> */ Gif = 3,
-        /** <summary>16 bits, to memory only: 65535 v rounded and clamped; NaN is 0</summary> */ Png16 = 4,
-        /** <summary>animations: 8 bits without loss; sides up to 16383</summary> */ Webp = 5,
     }
 
     /// <summary>What a piece of a run did.</summary>

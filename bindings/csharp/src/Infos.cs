@@ -291,7 +291,7 @@ namespace Splat
         /** <summary>input images of an object</summary> */ public int Views { get; }
         /** <summary>R: images have R x R pixels</summary> */ public int Resolution { get; }
         /** <summary>channels of the images that a pass takes</summary> */ public int Channels { get; }
-        /// <summary>channels of "images": no plane of origin distances</summary>
+        /// <summary>channels of "images": no plane of origin distances, nor of depths in scene units</summary>
         public int ImageChannels { get; }
         /** <summary>channels of "raw"</summary> */ public int OutputChannels { get; }
         /** <summary>M: Gaussians of an object</summary> */ public int Gaussians { get; }
@@ -423,18 +423,24 @@ namespace Splat
         /** <summary>pictures of one prediction</summary> */ public int Views { get; }
         /** <summary>R: the network sees squares of R x R pixels</summary> */ public int Resolution { get; }
         /** <summary>channels of the network's input</summary> */ public int Channels { get; }
-        /** <summary>true: it takes a depth map</summary> */ public bool Depth { get; }
+        /// <summary>true: it takes a depth map, for the network or for its head</summary>
+        public bool Depth { get; }
         /** <summary>true: it takes a normal map</summary> */ public bool Normal { get; }
         /** <summary>true: it takes the object's mask, which is always found</summary> */ public bool Mask { get; }
         /// <summary>true: it takes the distance of the object's origin</summary>
         public bool OriginDistance { get; }
-        /// <summary>views * R * R Gaussians; a scene gets the visible ones</summary>
+        /// <summary>views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible
+        /// ones</summary>
         public long Gaussians { get; }
         /** <summary>degree of the spherical harmonics, 0 to 3</summary> */ public int ShDegree { get; }
         /** <summary>colour behind the object, 0 to 1</summary> */ public IReadOnlyList<float> Background { get; }
         /// <summary>across the square; 0: each view has a focal length of its own</summary>
         public double FovDegrees { get; }
         /** <summary>data.category, may be empty</summary> */ public string Category { get; }
+        /// <summary>true: it takes pictures whole, as if <c>PictureFlags.Whole</c> were set, over the background only
+        /// where a mask or an alpha is given: its head takes the depth of each pixel, of a map in the proportion of
+        /// the image</summary>
+        public bool Whole { get; }
 
         internal unsafe PredictorInfo(splat_predictor_info* from)
         {
@@ -450,6 +456,7 @@ namespace Splat
             Background = Values.List<float>(from->background, 3);
             FovDegrees = from->fov_degrees;
             Category = Text.Read(from->category, -1);
+            Whole = from->whole != 0;
         }
     }
 

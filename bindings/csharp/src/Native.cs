@@ -1007,662 +1007,6 @@ namespace Splat.Interop
             capacity, UIntPtr* needed);
 
         /// <summary>
-        /// Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
-        /// its contents. Values that are not finite are kept.
-        /// path      or a name of splat_builtin_weights, such as "cars64", where no file is called so
-        /// flags     SPLAT_WEIGHTS_COPY
-        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags
-        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
-        ///   SPLAT_ERROR_FORMAT                damaged, truncated, or not weights
-        ///   SPLAT_ERROR_UNSUPPORTED           a pickle that holds more than weights, another number type
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_load(byte* path, WeightsFlags flags, IntPtr* weights);
-
-        /// <summary>Load weights from the <c>bytes</c> bytes of such a file, which are copied. Returns as
-        /// splat_weights_load.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_load_memory(void* data, UIntPtr bytes, IntPtr* weights);
-
-        /// <summary>
-        /// Make weights of arrays, which are copied, in their order.
-        /// arrays    `count` of them; no array at all makes empty weights
-        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a rank, a negative dimension, a name used twice
-        ///   SPLAT_ERROR_SHAPE_MISMATCH        value_count does not fit dims
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_from_arrays(splat_named_array* arrays, ulong count, IntPtr* weights);
-
-        /// <summary>
-        /// Write .safetensors (with the metadata), .pth (a checkpoint of the published code: iteration, loss
-        /// and best_PSNR of the metadata, else 0, and model_state_dict) or .npz by the extension; the file
-        /// appears whole or not at all.
-        /// flags     SPLAT_WEIGHTS_HALF
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags, values beyond float16, metadata that is no number
-        ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
-        ///   SPLAT_ERROR_IO                    the file cannot be written, or the mapped one has changed
-        ///   SPLAT_ERROR_UNSUPPORTED           another extension
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_save(SafeWeightsHandle weights, byte* path, WeightsFlags flags);
-
-        /// <summary>
-        /// Write the same bytes to memory.
-        /// needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
-        ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
-        /// Returns as splat_weights_save, SPLAT_INCOMPLETE.
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_save_memory(SafeWeightsHandle weights, WeightsFormat format, WeightsFlags flags,
-            void* buffer, UIntPtr capacity, UIntPtr* needed);
-
-        /// <summary>Count the tensors. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
-        /// (NULL).</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_count(SafeWeightsHandle weights, uint* count);
-
-        /// <summary>
-        /// Describe a tensor.
-        /// index     from 0, in the order of the file
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such index).
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_get_info(SafeWeightsHandle weights, uint index, splat_weights_info* info);
-
-        /// <summary>Find the index of a tensor by its name. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
-        /// SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_NOT_FOUND.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_find(SafeWeightsHandle weights, byte* name, uint* index);
-
-        /// <summary>
-        /// Copy the values of a tensor as float32.
-        /// values    out, `bytes` bytes, at least those of the values
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such index,
-        ///   too few bytes), SPLAT_ERROR_IO (the mapped file has changed).
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_read(SafeWeightsHandle weights, uint index, float* values, UIntPtr bytes);
-
-        /// <summary>
-        /// Give the values of a tensor without a copy, as float32 whatever their type in the file. The file
-        /// of mapped values must not be written in place as long as they are read.
-        /// values    out, row-major, read only; lives as long as the weights; NULL if there are no elements
-        /// count     out, floats, may be NULL
-        /// Returns as splat_weights_read.
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_data(SafeWeightsHandle weights, uint index, float** values, ulong* count);
-
-        /// <summary>Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences],
-        /// "published": as splat_predictor_desc tells}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
-        /// SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_report(SafeWeightsHandle weights, byte* buffer, UIntPtr capacity, UIntPtr* needed);
-
-        /// <summary>
-        /// Fold low-rank adapters into the weights they belong to: W + alpha / rank * (B A), or minus with
-        /// SPLAT_FOLD_OUT, in float64, rounded once. The result has no adapters, and no lora_alpha or
-        /// lora_rank in its metadata; other tensors are unchanged. A network of the result predicts the same
-        /// as one with separate adapters, up to float32 rounding (1e-6 of "raw"), in less time. Folding out
-        /// again restores a weight up to two roundings.
-        /// adapters  "&lt;layer&gt;.lora_A" [rank,in * k * k] and ".lora_B" [out,rank], or PEFT's names and
-        ///           shapes, see splat_model_export; other tensors are ignored; NULL: those among `weights`
-        /// alpha     finite; opt.lora_alpha of the training
-        /// flags     SPLAT_FOLD_OUT
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which layer),
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (no adapters, half a pair, a
-        ///   missing layer, a weight that would not be finite)
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_fold(SafeWeightsHandle weights, SafeWeightsHandle adapters, double alpha, FoldFlags
-            flags, IntPtr* folded);
-
-        /// <summary>Destroy weights. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_weights_destroy(IntPtr weights);
-
-        /// <summary>JSON array of all operators: {"name", "inputs": [...], "outputs": [...], "saved": [...],
-        /// "attributes": [{"name", "type", "default", "about"}], "equation"}. Returns SPLAT_OK or
-        /// SPLAT_INCOMPLETE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_op_list(byte* buffer, UIntPtr capacity, UIntPtr* needed);
-
-        /// <summary>
-        /// Record an operator on tensors of SPLAT_DTYPE_F32, whose contents may change between runs.
-        /// Returns SPLAT_OK, or
-        ///   SPLAT_ERROR_INVALID_HANDLE        device or a tensor
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      type, an attribute, a count, a dtype, or a tensor of another
-        ///                                     device
-        ///   SPLAT_ERROR_SHAPE_MISMATCH        the message names the tensor, its shape and the one expected
-        ///   SPLAT_ERROR_UNSUPPORTED           beyond a limit of the device
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_op_create(SafeDeviceHandle device, splat_op_desc* desc, IntPtr* op);
-
-        /// <summary>Compute the outputs from the inputs. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
-        /// SPLAT_ERROR_INVALID_STATE (a tensor is mapped), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; after the
-        /// last two the outputs are undefined.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_op_forward(SafeOpHandle op);
-
-        /// <summary>Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs, at the
-        /// activations of the last forward and the current parameters. Returns as splat_op_forward; also
-        /// SPLAT_ERROR_INVALID_STATE before the first forward or without grad_outputs.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_op_backward(SafeOpHandle op);
-
-        /// <summary>Destroy an operator; its tensors stay. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_op_destroy(IntPtr op);
-
-        /// <summary>Create a model; its parameters are zero. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
-        /// SPLAT_ERROR_INVALID_ARGUMENT (desc; an unknown key of the configuration or a value outside its range; a
-        /// model.base_dim whose multiples do not divide into a layer's groups; GRADIENTS with nothing to train),
-        /// SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_create(SafeDeviceHandle device, splat_model_desc* desc, IntPtr* model);
-
-        /// <summary>Initialise the parameters at random, as the published code does. Returns SPLAT_OK,
-        /// SPLAT_ERROR_INVALID_HANDLE, and errors of the device.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_init(SafeModelHandle model, ulong seed);
-
-        /// <summary>
-        /// Load the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
-        /// that the file lacks keep their values. With GRAFT each channel goes to the one of the same
-        /// meaning, and the outputs stay those of the file's network until the new channels are trained.
-        /// Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier versions.
-        /// flags     SPLAT_LOAD_*
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
-        ///   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
-        ///   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
-        ///   model without adapters)
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_load(SafeModelHandle model, SafeWeightsHandle weights, LoadFlags flags);
-
-        /// <summary>Store the model as a state dict, with the buffers of published files. Returns SPLAT_OK,
-        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of the device.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_store(SafeModelHandle model, IntPtr* weights);
-
-        /// <summary>Export a model's parameters in another form. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
-        /// SPLAT_ERROR_INVALID_ARGUMENT, SPLAT_ERROR_INVALID_STATE (a model without adapters)</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_export(SafeModelHandle model, ModelExport what, IntPtr* weights);
-
-        /// <summary>JSON: {"parameters", "trainable" (numbers), "slices" (of a batch), "bytes": {"activations" (of a
-        /// slice), "prepared" (weights; 0 while they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "ledger":
-        /// {"gaussians", "non_finite", "faint"} (see splat_model_info), "inputs": [{"name", "shape", "optional"}],
-        /// "outputs": [{"name", "shape"}], "tensors" (parameters): [{"name", "shape", "trainable"}], "load":
-        /// {"copied", "widened", "fresh", "left_out", "rays_differ", "rays_taken"}, "config"}. Returns SPLAT_OK,
-        /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_report(SafeModelHandle model, byte* buffer, UIntPtr capacity, UIntPtr* needed);
-
-        /// <summary>Describe a model. Does not wait for a pass of another thread. Returns SPLAT_OK,
-        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_get_info(SafeModelHandle model, splat_model_info* info);
-
-        /// <summary>
-        /// List the inputs, outputs or parameters of a model.
-        /// ports     out, `capacity` of them; may be NULL when capacity is 0
-        /// count     out, how many there are; may be NULL
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE (what fits was written), SPLAT_ERROR_INVALID_HANDLE,
-        ///   SPLAT_ERROR_INVALID_ARGUMENT (kind, NULL).
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_ports(SafeModelHandle model, PortKind kind, splat_port* ports, uint capacity, uint*
-            count);
-
-        /// <summary>
-        /// Get a tensor that shares the model's memory, float32 and row-major, by name:
-        ///   inputs      "images" [N,image_channels,R,R], "view_to_world" [N,4,4], "quaternions" [N,4],
-        ///               "focals" [N,2], "origin_distance" [N], "embedding", "tokens", as far as the
-        ///               configuration has them; at first zeros, identity poses and focal lengths of R
-        ///   outputs     as in splat_model_read; undefined before the first pass
-        ///   parameters  the names of the state dict
-        ///   gradients   "grad:" and the name of an output (in, for splat_model_backward; at first zeros),
-        ///               of a parameter (out, sums), or of "images", "embedding", "tokens" (out)
-        /// "means[1]" is the part of object 1 of an output or its gradient, in the shape that a rasterizer
-        /// takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,R,R] of "raw".
-        ///
-        /// A pass reads what the tensors hold when it runs. After a parameter is written through its tensor,
-        /// the next pass prepares weights anew, as after splat_model_write. If a pointer to a parameter was
-        /// given away (splat_tensor_host_pointer), every pass does. Writing inputs or outputs, like writing
-        /// parameters, ends what splat_model_backward needs. No call uses the model's memory while one
-        /// of these tensors is mapped. The tensor, which the caller destroys, keeps that memory alive.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such
-        ///   object), SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (no such gradient is
-        ///   computed), SPLAT_ERROR_UNSUPPORTED (the device cannot bind the part of one object), and errors
-        ///   of the device
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_tensor(SafeModelHandle model, byte* name, IntPtr* tensor);
-
-        /// <summary>Run the network. Arrays are read before the call returns; the tensors of inputs then hold them.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a count, a
-        /// picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration needs, an array that it
-        /// does not need, values that are not finite), SPLAT_ERROR_INVALID_STATE (a tensor of the model is mapped),
-        /// in each case with the last pass unchanged; SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-        /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_forward(SafeModelHandle model, splat_model_input* input);
-
-        /// <summary>
-        /// Read a tensor of splat_model_tensor; outputs, of the latest splat_model_forward: "means"
-        /// [objects,M,3] scene units, "opacities" [objects,M,1], "scales" [objects,M,3], "rotations"
-        /// [objects,M,4] w x y z, "sh" [objects,M,K,3] with the constant term first, "raw" [N,output
-        /// channels,R,R]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
-        /// "grad:images" [N,channels that the network sees,R,R], "grad:embedding" (custom ones),
-        /// "grad:tokens", shaped as in splat_model_input.
-        /// values    out, `bytes` bytes, at least those of the values
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, too few bytes),
-        ///   SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (before the first pass, no
-        ///   gradient, a tensor of the model is mapped), and errors of the device
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_read(SafeModelHandle model, byte* name, float* values, UIntPtr bytes);
-
-        /// <summary>
-        /// Set a parameter, by the name of the state dict.
-        /// values    in, row-major, exactly `bytes` bytes of the parameter
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a value that is
-        ///   not finite), SPLAT_ERROR_NOT_FOUND (no such parameter), SPLAT_ERROR_SHAPE_MISMATCH (bytes),
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_write(SafeModelHandle model, byte* name, float* values, UIntPtr bytes);
-
-        /// <summary>Copy the Gaussians of one object into a new scene. Returns as splat_model_read.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_scene(SafeModelHandle model, uint @object, IntPtr* scene);
-
-        /// <summary>Add the gradients of a loss to the gradients of parameters. Call it once after each
-        /// splat_model_forward, whose results stay readable. Arrays become what the tensors "grad:means" and so on
-        /// hold. Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass,
-        /// or after inputs or parameters have changed, with gradients unchanged. After other errors the gradients may
-        /// hold part of the batch: call splat_model_zero_gradients</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_backward(SafeModelHandle model, splat_model_gradients* gradients);
-
-        /// <summary>Set the gradients of all parameters to zero. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and
-        /// errors of the device.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_zero_gradients(SafeModelHandle model);
-
-        /// <summary>Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_model_destroy(IntPtr model);
-
-        /// <summary>Create a module; its parameters, inputs and gradients of outputs are zero. Returns SPLAT_OK,
-        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or attribute that the type does not
-        /// have, GRADIENTS for a type without any), SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or does not
-        /// fit), SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_module_create(SafeDeviceHandle device, splat_module_desc* desc, IntPtr* module);
-
-        /// <summary>Initialise the parameters. A block starts as in the published code. In an operator gamma is 1,
-        /// other vectors are 0, and the rest has Glorot's uniform distribution. Returns SPLAT_OK,
-        /// SPLAT_ERROR_INVALID_HANDLE, and errors of the device.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_module_init(SafeModuleHandle module, ulong seed);
-
-        /// <summary>JSON: {"type", "inputs": [{"name", "shape", "optional"}], "outputs": [{"name", "shape"}],
-        /// "parameters": [{"name", "shape", "trainable"}], "bytes" (activations and workspaces)}. Returns SPLAT_OK,
-        /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_module_report(SafeModuleHandle module, byte* buffer, UIntPtr capacity, UIntPtr* needed);
-
-        /// <summary>List the inputs, outputs or parameters of a module. Parameters and returns as
-        /// splat_model_ports.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_module_ports(SafeModuleHandle module, PortKind kind, splat_port* ports, uint capacity, uint*
-            count);
-
-        /// <summary>
-        /// Write an input, a parameter, or the gradient of the loss with respect to an output ("grad:y").
-        /// values    in, row-major, exactly `bytes` bytes of the tensor
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (bytes), or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a value that is not finite, except in an input without
-        ///                                     gradient
-        ///   SPLAT_ERROR_NOT_FOUND             no such name
-        ///   SPLAT_ERROR_INVALID_STATE         the module computes no such gradient
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_module_write(SafeModuleHandle module, byte* name, float* values, UIntPtr bytes);
-
-        /// <summary>
-        /// Read what splat_module_write writes, an output ("y"), or the gradient of a parameter
-        /// ("grad:weight", the sum since splat_module_zero_gradients) or of an input ("grad:x").
-        /// values    out, row-major, exactly `bytes` bytes of the tensor
-        /// Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes it.
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_module_read(SafeModuleHandle module, byte* name, float* values, UIntPtr bytes);
-
-        /// <summary>Compute the outputs. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
-        /// SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
-        /// SPLAT_ERROR_DEVICE_LOST.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_module_forward(SafeModuleHandle module);
-
-        /// <summary>
-        /// Add to the gradients of parameters and overwrite those of inputs. Call it once after each forward.
-        /// Returns as splat_module_forward, or
-        ///   SPLAT_ERROR_INVALID_STATE         without SPLAT_MODULE_GRADIENTS, without a new forward pass,
-        ///                                     or after inputs or parameters were written; gradients stay
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_module_backward(SafeModuleHandle module);
-
-        /// <summary>Set the gradients of parameters to zero. Returns as splat_module_forward.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_module_zero_gradients(SafeModuleHandle module);
-
-        /// <summary>Destroy a module. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_module_destroy(IntPtr module);
-
-        /// <summary>
-        /// Cut a picture and its maps out as a predictor does, without a device.
-        /// info      out, may be NULL; it has no warnings of the field of view
-        /// Returns as splat_predictor_predict
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_picture_cut(splat_picture* picture, splat_picture_cut_desc* desc, splat_picture_info* info);
-
-        /// <summary>
-        /// Get the path of weights that come with the library: below its prefix, or in its build folder.
-        /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
-        ///           a picture with depth and normals
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_builtin_weights(byte* name, byte* buffer, UIntPtr capacity, UIntPtr* needed);
-
-        /// <summary>
-        /// Create a predictor. If the weights were trained with another field of view than data.fov, theirs
-        /// is used, with a warning in the report.
-        /// desc      NULL: the built-in weights
-        /// Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
-        ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
-        ///   or as splat_weights_load, splat_weights_fold and splat_model_create
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_create(SafeDeviceHandle device, splat_predictor_desc* desc, IntPtr* predictor);
-
-        /// <summary>Describe a predictor. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
-        /// (info).</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_get_info(SafePredictorHandle predictor, splat_predictor_info* info);
-
-        /// <summary>Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": [sentences], "ignored":
-        /// [sentences on parts of the file that are not read], "category", "metadata" (of the file), "load" (as
-        /// splat_model_report), "config"}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_report(SafePredictorHandle predictor, byte* buffer, UIntPtr capacity, UIntPtr*
-            needed);
-
-        /// <summary>
-        /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
-        /// pictures    `count`, as many as the network has views
-        /// prediction  NULL: no facts
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
-        ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
-        ///                                  network needs and a picture lacks, or the other way round; maps
-        ///                                  of another size; an empty mask; pixels that do not fit,
-        ///                                  are not finite or not from 0 to 1 (splat_picture_source)
-        ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_predict(SafePredictorHandle predictor, splat_picture* pictures, uint count, IntPtr*
-            scene, splat_prediction* prediction);
-
-        /// <summary>
-        /// The same for an object of a data set that was opened with the predictor's resolution and
-        /// background.
-        /// views     `count` numbers of views; the network sees the first of them, as many as it takes. The
-        ///           cameras of `prediction` are those of all
-        /// Returns as splat_predictor_predict and splat_dataset_read
-        /// </summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_predict_object(SafePredictorHandle predictor, SafeDatasetHandle dataset, uint
-            @object, uint* views, uint count, IntPtr* scene, splat_prediction* prediction);
-
-        /// <summary>Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms",
-        /// "network_ms", "pictures": [{"width", "height", "mask" ("mask", "alpha", "border", "nothing"), "square",
-        /// "focal", "fov", "warnings": [sentences]}]}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
-        /// SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_prediction_report(splat_prediction* prediction, byte* buffer, UIntPtr capacity, UIntPtr*
-            needed);
-
-        /// <summary>Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-#if NET8_0_OR_GREATER
-        [LibraryImport(Lib)] public static partial
-#else
-        [DllImport(Lib, CallingConvention = C)] public static extern
-#endif
-        ResultCode splat_predictor_destroy(IntPtr predictor);
-
-        /// <summary>
         /// Create a rasterizer with its memory; the memory for intersections grows on demand.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      a field of desc outside its range, or flags that exclude each
@@ -1998,6 +1342,662 @@ namespace Splat.Interop
         [DllImport(Lib, CallingConvention = C)] public static extern
 #endif
         ResultCode splat_lpips_destroy(IntPtr lpips);
+
+        /// <summary>
+        /// Cut a picture and its maps out as a predictor does, without a device.
+        /// info      out, may be NULL; it has no warnings of the field of view
+        /// Returns as splat_predictor_predict
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_picture_cut(splat_picture* picture, splat_picture_cut_desc* desc, splat_picture_info* info);
+
+        /// <summary>
+        /// Get the path of weights that come with the library: below its prefix, or in its build folder.
+        /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
+        ///           a picture with depth and normals
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_builtin_weights(byte* name, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+
+        /// <summary>
+        /// Create a predictor. If the weights were trained with another field of view than data.fov, theirs
+        /// is used, with a warning in the report.
+        /// desc      NULL: the built-in weights
+        /// Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
+        ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
+        ///   or as splat_weights_load, splat_weights_fold and splat_model_create
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_create(SafeDeviceHandle device, splat_predictor_desc* desc, IntPtr* predictor);
+
+        /// <summary>Describe a predictor. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
+        /// (info).</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_get_info(SafePredictorHandle predictor, splat_predictor_info* info);
+
+        /// <summary>Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": [sentences], "ignored":
+        /// [sentences on parts of the file that are not read], "category", "metadata" (of the file), "load" (as
+        /// splat_model_report), "config"}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_report(SafePredictorHandle predictor, byte* buffer, UIntPtr capacity, UIntPtr*
+            needed);
+
+        /// <summary>
+        /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
+        /// pictures    `count`, as many as the network has views
+        /// prediction  NULL: no facts
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
+        ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
+        ///                                  network needs and a picture lacks, or the other way round; maps
+        ///                                  of another size; an empty mask; pixels that do not fit,
+        ///                                  are not finite or not from 0 to 1 (splat_picture_source)
+        ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_predict(SafePredictorHandle predictor, splat_picture* pictures, uint count, IntPtr*
+            scene, splat_prediction* prediction);
+
+        /// <summary>
+        /// The same for an object of a data set that was opened with the predictor's resolution and
+        /// background.
+        /// views     `count` numbers of views; the network sees the first of them, as many as it takes. The
+        ///           cameras of `prediction` are those of all
+        /// Returns as splat_predictor_predict and splat_dataset_read
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_predict_object(SafePredictorHandle predictor, SafeDatasetHandle dataset, uint
+            @object, uint* views, uint count, IntPtr* scene, splat_prediction* prediction);
+
+        /// <summary>Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms",
+        /// "network_ms", "pictures": [{"width", "height", "mask" ("mask", "alpha", "border", "nothing"), "square",
+        /// "focal", "fov", "warnings": [sentences]}]}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prediction_report(splat_prediction* prediction, byte* buffer, UIntPtr capacity, UIntPtr*
+            needed);
+
+        /// <summary>Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_predictor_destroy(IntPtr predictor);
+
+        /// <summary>
+        /// Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
+        /// its contents. Values that are not finite are kept.
+        /// path      or a name of splat_builtin_weights, such as "cars64", where no file is called so
+        /// flags     SPLAT_WEIGHTS_COPY
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags
+        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
+        ///   SPLAT_ERROR_FORMAT                damaged, truncated, or not weights
+        ///   SPLAT_ERROR_UNSUPPORTED           a pickle that holds more than weights, another number type
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_load(byte* path, WeightsFlags flags, IntPtr* weights);
+
+        /// <summary>Load weights from the <c>bytes</c> bytes of such a file, which are copied. Returns as
+        /// splat_weights_load.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_load_memory(void* data, UIntPtr bytes, IntPtr* weights);
+
+        /// <summary>
+        /// Make weights of arrays, which are copied, in their order.
+        /// arrays    `count` of them; no array at all makes empty weights
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a rank, a negative dimension, a name used twice
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        value_count does not fit dims
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_from_arrays(splat_named_array* arrays, ulong count, IntPtr* weights);
+
+        /// <summary>
+        /// Write .safetensors (with the metadata), .pth (a checkpoint of the published code: iteration, loss
+        /// and best_PSNR of the metadata, else 0, and model_state_dict) or .npz by the extension; the file
+        /// appears whole or not at all.
+        /// flags     SPLAT_WEIGHTS_HALF
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags, values beyond float16, metadata that is no number
+        ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
+        ///   SPLAT_ERROR_IO                    the file cannot be written, or the mapped one has changed
+        ///   SPLAT_ERROR_UNSUPPORTED           another extension
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_save(SafeWeightsHandle weights, byte* path, WeightsFlags flags);
+
+        /// <summary>
+        /// Write the same bytes to memory.
+        /// needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
+        ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
+        /// Returns as splat_weights_save, SPLAT_INCOMPLETE.
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_save_memory(SafeWeightsHandle weights, WeightsFormat format, WeightsFlags flags,
+            void* buffer, UIntPtr capacity, UIntPtr* needed);
+
+        /// <summary>Count the tensors. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
+        /// (NULL).</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_count(SafeWeightsHandle weights, uint* count);
+
+        /// <summary>
+        /// Describe a tensor.
+        /// index     from 0, in the order of the file
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such index).
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_get_info(SafeWeightsHandle weights, uint index, splat_weights_info* info);
+
+        /// <summary>Find the index of a tensor by its name. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_NOT_FOUND.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_find(SafeWeightsHandle weights, byte* name, uint* index);
+
+        /// <summary>
+        /// Copy the values of a tensor as float32.
+        /// values    out, `bytes` bytes, at least those of the values
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such index,
+        ///   too few bytes), SPLAT_ERROR_IO (the mapped file has changed).
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_read(SafeWeightsHandle weights, uint index, float* values, UIntPtr bytes);
+
+        /// <summary>
+        /// Give the values of a tensor without a copy, as float32 whatever their type in the file. The file
+        /// of mapped values must not be written in place as long as they are read.
+        /// values    out, row-major, read only; lives as long as the weights; NULL if there are no elements
+        /// count     out, floats, may be NULL
+        /// Returns as splat_weights_read.
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_data(SafeWeightsHandle weights, uint index, float** values, ulong* count);
+
+        /// <summary>Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences],
+        /// "published": as splat_predictor_desc tells}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
+        /// SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_report(SafeWeightsHandle weights, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+
+        /// <summary>
+        /// Fold low-rank adapters into the weights they belong to: W + alpha / rank * (B A), or minus with
+        /// SPLAT_FOLD_OUT, in float64, rounded once. The result has no adapters, and no lora_alpha or
+        /// lora_rank in its metadata; other tensors are unchanged. A network of the result predicts the same
+        /// as one with separate adapters, up to float32 rounding (1e-6 of "raw"), in less time. Folding out
+        /// again restores a weight up to two roundings.
+        /// adapters  "&lt;layer&gt;.lora_A" [rank,in * k * k] and ".lora_B" [out,rank], or PEFT's names and
+        ///           shapes, see splat_model_export; other tensors are ignored; NULL: those among `weights`
+        /// alpha     finite; opt.lora_alpha of the training
+        /// flags     SPLAT_FOLD_OUT
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which layer),
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (no adapters, half a pair, a
+        ///   missing layer, a weight that would not be finite)
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_fold(SafeWeightsHandle weights, SafeWeightsHandle adapters, double alpha, FoldFlags
+            flags, IntPtr* folded);
+
+        /// <summary>Destroy weights. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_weights_destroy(IntPtr weights);
+
+        /// <summary>JSON array of all operators: {"name", "inputs": [...], "outputs": [...], "saved": [...],
+        /// "attributes": [{"name", "type", "default", "about"}], "equation"}. Returns SPLAT_OK or
+        /// SPLAT_INCOMPLETE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_op_list(byte* buffer, UIntPtr capacity, UIntPtr* needed);
+
+        /// <summary>
+        /// Record an operator on tensors of SPLAT_DTYPE_F32, whose contents may change between runs.
+        /// Returns SPLAT_OK, or
+        ///   SPLAT_ERROR_INVALID_HANDLE        device or a tensor
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      type, an attribute, a count, a dtype, or a tensor of another
+        ///                                     device
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        the message names the tensor, its shape and the one expected
+        ///   SPLAT_ERROR_UNSUPPORTED           beyond a limit of the device
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_op_create(SafeDeviceHandle device, splat_op_desc* desc, IntPtr* op);
+
+        /// <summary>Compute the outputs from the inputs. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_STATE (a tensor is mapped), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; after the
+        /// last two the outputs are undefined.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_op_forward(SafeOpHandle op);
+
+        /// <summary>Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs, at the
+        /// activations of the last forward and the current parameters. Returns as splat_op_forward; also
+        /// SPLAT_ERROR_INVALID_STATE before the first forward or without grad_outputs.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_op_backward(SafeOpHandle op);
+
+        /// <summary>Destroy an operator; its tensors stay. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_op_destroy(IntPtr op);
+
+        /// <summary>Create a model; its parameters are zero. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (desc; an unknown key of the configuration or a value outside its range; a
+        /// model.base_dim whose multiples do not divide into a layer's groups; GRADIENTS with nothing to train),
+        /// SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_create(SafeDeviceHandle device, splat_model_desc* desc, IntPtr* model);
+
+        /// <summary>Initialise the parameters at random, as the published code does. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, and errors of the device.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_init(SafeModelHandle model, ulong seed);
+
+        /// <summary>
+        /// Load the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
+        /// that the file lacks keep their values. With GRAFT each channel goes to the one of the same
+        /// meaning, and the outputs stay those of the file's network until the new channels are trained.
+        /// Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier versions.
+        /// flags     SPLAT_LOAD_*
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
+        ///   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
+        ///   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
+        ///   model without adapters)
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_load(SafeModelHandle model, SafeWeightsHandle weights, LoadFlags flags);
+
+        /// <summary>Store the model as a state dict, with the buffers of published files. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of the device.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_store(SafeModelHandle model, IntPtr* weights);
+
+        /// <summary>Export a model's parameters in another form. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT, SPLAT_ERROR_INVALID_STATE (a model without adapters)</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_export(SafeModelHandle model, ModelExport what, IntPtr* weights);
+
+        /// <summary>JSON: {"parameters", "trainable" (numbers), "slices" (of a batch), "bytes": {"activations" (of a
+        /// slice), "prepared" (weights; 0 while they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "ledger":
+        /// {"gaussians", "non_finite", "faint"} (see splat_model_info), "inputs": [{"name", "shape", "optional"}],
+        /// "outputs": [{"name", "shape"}], "tensors" (parameters): [{"name", "shape", "trainable"}], "load":
+        /// {"copied", "widened", "fresh", "left_out", "rays_differ", "rays_taken"}, "config"}. Returns SPLAT_OK,
+        /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_report(SafeModelHandle model, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+
+        /// <summary>Describe a model. Does not wait for a pass of another thread. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_get_info(SafeModelHandle model, splat_model_info* info);
+
+        /// <summary>
+        /// List the inputs, outputs or parameters of a model.
+        /// ports     out, `capacity` of them; may be NULL when capacity is 0
+        /// count     out, how many there are; may be NULL
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE (what fits was written), SPLAT_ERROR_INVALID_HANDLE,
+        ///   SPLAT_ERROR_INVALID_ARGUMENT (kind, NULL).
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_ports(SafeModelHandle model, PortKind kind, splat_port* ports, uint capacity, uint*
+            count);
+
+        /// <summary>
+        /// Get a tensor that shares the model's memory, float32 and row-major, by name:
+        ///   inputs      "images" [N,image_channels,R,R], "view_to_world" [N,4,4], "quaternions" [N,4],
+        ///               "focals" [N,2], "origin_distance" [N], "depths" [N,R,R], "embedding", "tokens", as far as the
+        ///               configuration has them; at first zeros, identity poses and focal lengths of R
+        ///   outputs     as in splat_model_read; undefined before the first pass
+        ///   parameters  the names of the state dict
+        ///   gradients   "grad:" and the name of an output (in, for splat_model_backward; at first zeros),
+        ///               of a parameter (out, sums), or of "images", "embedding", "tokens" (out)
+        /// "means[1]" is the part of object 1 of an output or its gradient, in the shape that a rasterizer
+        /// takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,R,R] of "raw".
+        ///
+        /// A pass reads what the tensors hold when it runs. After a parameter is written through its tensor,
+        /// the next pass prepares weights anew, as after splat_model_write. If a pointer to a parameter was
+        /// given away (splat_tensor_host_pointer), every pass does. Writing inputs or outputs, like writing
+        /// parameters, ends what splat_model_backward needs. No call uses the model's memory while one
+        /// of these tensors is mapped. The tensor, which the caller destroys, keeps that memory alive.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such
+        ///   object), SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (no such gradient is
+        ///   computed), SPLAT_ERROR_UNSUPPORTED (the device cannot bind the part of one object), and errors
+        ///   of the device
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_tensor(SafeModelHandle model, byte* name, IntPtr* tensor);
+
+        /// <summary>Run the network. Arrays are read before the call returns; the tensors of inputs then hold them.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a count, a
+        /// picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration needs, an array that it
+        /// does not need, values that are not finite), SPLAT_ERROR_INVALID_STATE (a tensor of the model is mapped),
+        /// in each case with the last pass unchanged; SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+        /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_forward(SafeModelHandle model, splat_model_input* input);
+
+        /// <summary>
+        /// Read a tensor of splat_model_tensor; outputs, of the latest splat_model_forward: "means"
+        /// [objects,M,3] scene units, "opacities" [objects,M,1], "scales" [objects,M,3], "rotations"
+        /// [objects,M,4] w x y z, "sh" [objects,M,K,3] with the constant term first, "raw" [N,output
+        /// channels,R,R]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
+        /// "grad:images" [N,channels that the network sees,R,R], "grad:embedding" (custom ones),
+        /// "grad:tokens", shaped as in splat_model_input.
+        /// values    out, `bytes` bytes, at least those of the values
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, too few bytes),
+        ///   SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (before the first pass, no
+        ///   gradient, a tensor of the model is mapped), and errors of the device
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_read(SafeModelHandle model, byte* name, float* values, UIntPtr bytes);
+
+        /// <summary>
+        /// Set a parameter, by the name of the state dict.
+        /// values    in, row-major, exactly `bytes` bytes of the parameter
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a value that is
+        ///   not finite), SPLAT_ERROR_NOT_FOUND (no such parameter), SPLAT_ERROR_SHAPE_MISMATCH (bytes),
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_write(SafeModelHandle model, byte* name, float* values, UIntPtr bytes);
+
+        /// <summary>Copy the Gaussians of one object into a new scene. Returns as splat_model_read.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_scene(SafeModelHandle model, uint @object, IntPtr* scene);
+
+        /// <summary>Add the gradients of a loss to the gradients of parameters. Call it once after each
+        /// splat_model_forward, whose results stay readable. Arrays become what the tensors "grad:means" and so on
+        /// hold. Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass,
+        /// or after inputs or parameters have changed, with gradients unchanged. After other errors the gradients may
+        /// hold part of the batch: call splat_model_zero_gradients</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_backward(SafeModelHandle model, splat_model_gradients* gradients);
+
+        /// <summary>Set the gradients of all parameters to zero. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and
+        /// errors of the device.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_zero_gradients(SafeModelHandle model);
+
+        /// <summary>Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_model_destroy(IntPtr model);
+
+        /// <summary>Create a module; its parameters, inputs and gradients of outputs are zero. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or attribute that the type does not
+        /// have, GRADIENTS for a type without any), SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or does not
+        /// fit), SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_create(SafeDeviceHandle device, splat_module_desc* desc, IntPtr* module);
+
+        /// <summary>Initialise the parameters. A block starts as in the published code. In an operator gamma is 1,
+        /// other vectors are 0, and the rest has Glorot's uniform distribution. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, and errors of the device.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_init(SafeModuleHandle module, ulong seed);
+
+        /// <summary>JSON: {"type", "inputs": [{"name", "shape", "optional"}], "outputs": [{"name", "shape"}],
+        /// "parameters": [{"name", "shape", "trainable"}], "bytes" (activations and workspaces)}. Returns SPLAT_OK,
+        /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_report(SafeModuleHandle module, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+
+        /// <summary>List the inputs, outputs or parameters of a module. Parameters and returns as
+        /// splat_model_ports.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_ports(SafeModuleHandle module, PortKind kind, splat_port* ports, uint capacity, uint*
+            count);
+
+        /// <summary>
+        /// Write an input, a parameter, or the gradient of the loss with respect to an output ("grad:y").
+        /// values    in, row-major, exactly `bytes` bytes of the tensor
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (bytes), or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a value that is not finite, except in an input without
+        ///                                     gradient
+        ///   SPLAT_ERROR_NOT_FOUND             no such name
+        ///   SPLAT_ERROR_INVALID_STATE         the module computes no such gradient
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_write(SafeModuleHandle module, byte* name, float* values, UIntPtr bytes);
+
+        /// <summary>
+        /// Read what splat_module_write writes, an output ("y"), or the gradient of a parameter
+        /// ("grad:weight", the sum since splat_module_zero_gradients) or of an input ("grad:x").
+        /// values    out, row-major, exactly `bytes` bytes of the tensor
+        /// Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes it.
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_read(SafeModuleHandle module, byte* name, float* values, UIntPtr bytes);
+
+        /// <summary>Compute the outputs. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+        /// SPLAT_ERROR_DEVICE_LOST.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_forward(SafeModuleHandle module);
+
+        /// <summary>
+        /// Add to the gradients of parameters and overwrite those of inputs. Call it once after each forward.
+        /// Returns as splat_module_forward, or
+        ///   SPLAT_ERROR_INVALID_STATE         without SPLAT_MODULE_GRADIENTS, without a new forward pass,
+        ///                                     or after inputs or parameters were written; gradients stay
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_backward(SafeModuleHandle module);
+
+        /// <summary>Set the gradients of parameters to zero. Returns as splat_module_forward.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_zero_gradients(SafeModuleHandle module);
+
+        /// <summary>Destroy a module. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_module_destroy(IntPtr module);
 
         /// <summary>
         /// Do the next piece of work: a step, one piece of a validation, a saved state. After the end it gives
@@ -3586,299 +3586,6 @@ namespace Splat.Interop
         public UIntPtr image_bytes;
     }
 
-    /// <summary>What a tensor of weights is.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_weights_info
-    {
-        public uint struct_size;
-        /** <summary>number of dimensions</summary> */ public uint rank;
-        /** <summary>elements, outermost first; a 0 means none</summary> */ public fixed long dims[8];
-        /** <summary>number of all elements</summary> */ public ulong elements;
-        /** <summary>name of the tensor; lives, like dtype, as long as the weights</summary> */ public byte* name;
-        /** <summary>type in the file: "float32", "int64", ...; read as float32</summary> */ public byte* dtype;
-    }
-
-    /// <summary>A tensor in the caller's memory, row-major. Frozen.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_named_array
-    {
-        public byte* name;
-        public float* values;
-        /** <summary>floats: the product of dims, 1 for rank 0</summary> */ public ulong value_count;
-        /** <summary>outermost first; a 0 means no elements</summary> */ public fixed long dims[8];
-        public uint rank;
-        /** <summary>0</summary> */ public uint reserved;
-    }
-
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_op_desc
-    {
-        public uint struct_size;
-        /** <summary>SPLAT_OP_ bits</summary> */ public OpFlags flags;
-        /** <summary>NULL</summary> */ public void* next;
-        /** <summary>a name of splat_op_list</summary> */ public byte* type;
-        /** <summary>JSON object; NULL = defaults</summary> */ public byte* attributes;
-        public uint input_count;
-        public uint output_count;
-        /** <summary>in the operator's order; an optional one may be NULL</summary> */ public IntPtr* inputs;
-        /** <summary>in the operator's order; an optional one may be NULL</summary> */ public IntPtr* outputs;
-        /// <summary>NULL for an operator without backward; else output_count tensors</summary>
-        public IntPtr* grad_outputs;
-        /// <summary>input_count tensors; gradients of NULL entries are not computed</summary>
-        public IntPtr* grad_inputs;
-    }
-
-    /// <summary>A named tensor of a model or a module. Frozen.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_port
-    {
-        /// <summary>name of the tensor; the library's lives as long as the model or module</summary>
-        public byte* name;
-        /** <summary>number of dimensions</summary> */ public uint rank;
-        /** <summary>SPLAT_PORT_ bits; 0 for a new module</summary> */ public PortFlags flags;
-        /** <summary>elements, outermost first</summary> */ public fixed long dims[8];
-    }
-
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_model_desc
-    {
-        public uint struct_size;
-        /** <summary>SPLAT_MODEL_*</summary> */ public ModelFlags flags;
-        public void* next;
-        /// <summary>text, JSON or YAML with the keys of Splatter Image; NULL: the cars model</summary>
-        public byte* config;
-        /// <summary>objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the
-        /// batch runs in equal slices. A backward pass then repeats the forward pass of all slices but the last, and
-        /// dropout differs from that of an undivided batch</summary>
-        public uint objects;
-        /** <summary>0: SPLAT_PRECISION_BALANCED</summary> */ public Precision precision;
-    }
-
-    /// <summary>What a model was made for, and what its latest pass gave.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_model_info
-    {
-        public uint struct_size;
-        /** <summary>what it was created with, SPLAT_MODEL_ bits</summary> */ public ModelFlags flags;
-        /** <summary>objects per batch</summary> */ public uint objects;
-        /** <summary>input images of an object</summary> */ public uint views;
-        /** <summary>R: images have R x R pixels</summary> */ public uint resolution;
-        /** <summary>channels of the images that a pass takes</summary> */ public uint channels;
-        /** <summary>channels of "images": no plane of origin distances</summary> */ public uint image_channels;
-        /** <summary>channels of "raw"</summary> */ public uint output_channels;
-        /** <summary>M: Gaussians of an object</summary> */ public uint gaussians;
-        /** <summary>degree of the spherical harmonics; K = (sh_degree + 1)^2</summary> */ public uint sh_degree;
-        /** <summary>length of a custom embedding; 0: none</summary> */ public uint embedding_length;
-        /** <summary>numbers of a token; 0: none</summary> */ public uint token_dim;
-        /** <summary>tokens of an image; 0: none</summary> */ public uint tokens;
-        /** <summary>passes of a batch</summary> */ public uint slices;
-        /** <summary>field of view, degrees; 0: each image has its focal lengths</summary> */ public float fov;
-        public uint reserved;
-        /** <summary>numbers of all parameters</summary> */ public ulong parameters;
-        /** <summary>numbers of parameters that a training changes</summary> */ public ulong trainable;
-        /// <summary>Gaussians of the latest pass, over all objects; 0 before the first</summary>
-        public ulong predicted;
-        /// <summary>numbers of "raw" and of their attributes that are NaN or infinite</summary>
-        public ulong non_finite;
-        /** <summary>Gaussians of an opacity below 1/255, which no pixel shows</summary> */ public ulong faint;
-    }
-
-    /// <summary>Counts are of numbers in the array beside them; 0: trusted.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_model_input
-    {
-        public uint struct_size;
-        /** <summary>SPLAT_PASS_ bits</summary> */ public PassFlags flags;
-        /** <summary>seed of dropout, used with step</summary> */ public ulong seed;
-        /** <summary>the optimiser's step</summary> */ public uint step;
-        /// <summary>channels per image, checked against the configuration; 0: not checked</summary>
-        public uint channels;
-        /** <summary>in the arrays, checked against the model's; 0: not checked</summary> */ public uint objects;
-        public uint picture_count;
-        /// <summary>images in the caller's layout, instead of <c>images</c>; the planes of an image may come from
-        /// several pictures in turn, such as RGB, then depth: N pictures or a multiple</summary>
-        public splat_image* pictures;
-        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance</summary>
-        public float* images;
-        public ulong images_count;
-        /// <summary>[N,4,4] row vectors: p_world = p_view M; NULL: the identity</summary>
-        public float* view_to_world;
-        public ulong view_to_world_count;
-        /** <summary>[N,4] w x y z of that rotation; NULL with view_to_world</summary> */ public float* quaternions;
-        public ulong quaternions_count;
-        /** <summary>[N,2] pixels; NULL unless the configuration's fov is 0</summary> */ public float* focals;
-        public ulong focals_count;
-        /** <summary>[N,length] of a custom embedding, else NULL</summary> */ public float* embedding;
-        public ulong embedding_count;
-        /** <summary>[N,token_dim,tokens], else NULL</summary> */ public float* tokens;
-        public ulong tokens_count;
-    }
-
-    /// <summary>Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers; 0:
-    /// trusted.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_model_gradients
-    {
-        public uint struct_size;
-        /** <summary>SPLAT_PASS_ bits</summary> */ public PassFlags flags;
-        public float* means;
-        public ulong means_count;
-        public float* opacities;
-        public ulong opacities_count;
-        public float* scales;
-        public ulong scales_count;
-        public float* rotations;
-        public ulong rotations_count;
-        public float* sh;
-        public ulong sh_count;
-    }
-
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_module_desc
-    {
-        public uint struct_size;
-        /** <summary>SPLAT_MODULE_*</summary> */ public ModuleFlags flags;
-        /** <summary>NULL</summary> */ public void* next;
-        /** <summary>a name of splat_op_list, or "residual_block"</summary> */ public byte* type;
-        /** <summary>JSON object; NULL: defaults</summary> */ public byte* attributes;
-        /** <summary>with name, rank, dims</summary> */ public splat_port* ports;
-        public uint port_count;
-        /** <summary>only for residual_block; conv2d has an attribute</summary> */ public Precision precision;
-    }
-
-    /// <summary>A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are finite
-    /// and from 0 to 1, within 1e-3. Depths of these types may have any range: the picture's least becomes 0, its
-    /// greatest 1 (all 0 if they are equal). U8 and files are taken as they are.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_picture_source
-    {
-        /// <summary>PNG, JPEG (turned as its Exif data says) or WebP; NULL: <c>pixels</c></summary>
-        public byte* path;
-        /** <summary>reduced to 8 bits, as files of 16 bits are</summary> */ public splat_image pixels;
-    }
-
-    /// <summary>One view of an object. Frozen.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_picture
-    {
-        public splat_picture_source image;
-        /// <summary>the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs
-        /// from its border's colour, else all</summary>
-        public splat_picture_source mask;
-        /// <summary>where the network takes it; larger is nearer, at any scale</summary>
-        public splat_picture_source depth;
-        /// <summary>where the network takes it; (normal + 1) / 2, camera's axes</summary>
-        public splat_picture_source normal;
-        /** <summary>SPLAT_PICTURE_*</summary> */ public PictureFlags flags;
-        /// <summary>the object's longer side, as a part of the square's; 0: 0.65; 0 with
-        /// SPLAT_PICTURE_WHOLE</summary>
-        public float foreground;
-        /** <summary>pixels of the image; 0: by its Exif data, else not known</summary> */ public double focal;
-        /// <summary>along the camera's axis, where the network takes it; else 0</summary>
-        public double origin_distance;
-        /// <summary>like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole
-        /// pictures; others take none</summary>
-        public fixed double world_to_camera[16];
-        /** <summary>a custom embedding, or NULL</summary> */ public float* embedding;
-        /** <summary>numbers</summary> */ public ulong embedding_count;
-        /** <summary>[token_dim,tokens] where the network takes them, or NULL</summary> */ public float* tokens;
-        /** <summary>numbers</summary> */ public ulong token_count;
-    }
-
-    /// <summary>What became of a picture. Frozen.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_picture_info
-    {
-        /** <summary>width of the picture, pixels</summary> */ public uint width;
-        /** <summary>height of the picture, pixels</summary> */ public uint height;
-        /** <summary>how the object was found</summary> */ public Found found;
-        /** <summary>SPLAT_PICTURE_* warnings</summary> */ public PictureWarningFlags warnings;
-        /// <summary>left, top and side of what was cut out, pixels of the picture</summary>
-        public fixed double square[3];
-        /** <summary>focal length, pixels of the picture; 0: not known</summary> */ public double focal;
-        /** <summary>field of view of the square; 0: not known</summary> */ public double fov_degrees;
-    }
-
-    /// <summary>Where splat_picture_cut writes: squares of <c>resolution</c> pixels. Those without pixels are not
-    /// wanted.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_picture_cut_desc
-    {
-        public uint struct_size;
-        /** <summary>0</summary> */ public uint flags;
-        /** <summary>NULL</summary> */ public void* next;
-        public uint resolution;
-        /** <summary>behind the object, 0 to 1</summary> */ public fixed float background[3];
-        /** <summary>3 channels</summary> */ public splat_image image;
-        /** <summary>1 channel, and so depth</summary> */ public splat_image mask;
-        /** <summary>needs the picture's map; 0 outside of the object</summary> */ public splat_image depth;
-        /// <summary>3 channels; needs the picture's map; 0.5 outside of the object</summary>
-        public splat_image normal;
-    }
-
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_predictor_desc
-    {
-        public uint struct_size;
-        /** <summary>0</summary> */ public uint flags;
-        /** <summary>NULL</summary> */ public void* next;
-        /** <summary>a file, or a name, as of splat_weights_load</summary> */ public byte* weights_path;
-        /// <summary>used instead of reading the file, whose path then only names them; neither: those of
-        /// splat_builtin_weights(NULL)</summary>
-        public IntPtr weights;
-        /// <summary>text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights'
-        /// name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one of
-        /// splat_config_presets that fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by
-        /// the published name of the file, such as model_cars.pth. "published" of splat_weights_report has {"fit":
-        /// [names], "nearest", "differences" (from that, if none fits), "sentence"}</summary>
-        public byte* config;
-        /** <summary>a file of low-rank adapters, which are folded in</summary> */ public byte* adapters_path;
-        /** <summary>adapters in memory; neither: only those among the weights</summary> */ public IntPtr adapters;
-        /// <summary>0: lora_alpha of their metadata, else of the configuration</summary>
-        public double adapters_alpha;
-    }
-
-    /// <summary>What a predictor takes and gives, for what its weights were trained.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_predictor_info
-    {
-        public uint struct_size;
-        /** <summary>pictures of one prediction</summary> */ public uint views;
-        /** <summary>R: the network sees squares of R x R pixels</summary> */ public uint resolution;
-        /** <summary>channels of the network's input</summary> */ public uint channels;
-        /** <summary>1: it takes a depth map</summary> */ public uint depth;
-        /** <summary>1: it takes a normal map</summary> */ public uint normal;
-        /** <summary>1: it takes the object's mask, which is always found</summary> */ public uint mask;
-        /** <summary>1: it takes the distance of the object's origin</summary> */ public uint origin_distance;
-        /** <summary>views * R * R Gaussians; a scene gets the visible ones</summary> */ public ulong gaussians;
-        /** <summary>degree of the spherical harmonics, 0 to 3</summary> */ public uint sh_degree;
-        /** <summary>colour behind the object, 0 to 1</summary> */ public fixed float background[3];
-        /// <summary>across the square; 0: each view has a focal length of its own</summary>
-        public double fov_degrees;
-        /** <summary>data.category, may be empty; lives as long as the predictor</summary> */ public byte* category;
-    }
-
-    /// <summary>Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_prediction
-    {
-        public uint struct_size;
-        public uint camera_capacity;
-        /** <summary>receives those of the views, relative to the first</summary> */ public splat_camera* cameras;
-        /** <summary>receives what became of each picture</summary> */ public splat_picture_info* pictures;
-        public uint picture_capacity;
-        /** <summary>out: all there are</summary> */ public uint camera_count;
-        /** <summary>out; 0 for an object of a data set</summary> */ public uint picture_count;
-        public uint reserved;
-        /** <summary>receives what the network sees, [views,channels,R,R]</summary> */ public float* inputs;
-        /** <summary>numbers</summary> */ public ulong input_capacity;
-        /** <summary>out, as what follows: of the scene</summary> */ public ulong gaussians;
-        /** <summary>left out: numbers of theirs are not finite</summary> */ public ulong not_finite;
-        /** <summary>left out: opacity below 1 / 255, which no image of 8 bits shows</summary> */ public ulong faint;
-        /** <summary>to read and cut out the pictures</summary> */ public double read_ms;
-        /** <summary>to run the network and read its Gaussians</summary> */ public double network_ms;
-    }
-
     /// <summary>What a rasterizer draws, and how.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_rasterizer_desc
@@ -4049,6 +3756,154 @@ namespace Splat.Interop
         /** <summary>pixels, both ways; &gt;= 16</summary> */ public uint side;
     }
 
+    /// <summary>A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are finite
+    /// and from 0 to 1, within 1e-3. Depths of these types may have any range: the picture's least becomes 0, its
+    /// greatest 1 (all 0 if they are equal). U8 and files are taken as they are.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_picture_source
+    {
+        /// <summary>PNG, JPEG (turned as its Exif data says) or WebP; NULL: <c>pixels</c></summary>
+        public byte* path;
+        /** <summary>reduced to 8 bits, as files of 16 bits are</summary> */ public splat_image pixels;
+    }
+
+    /// <summary>One view of an object. Frozen.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_picture
+    {
+        public splat_picture_source image;
+        /// <summary>the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs
+        /// from its border's colour, else all</summary>
+        public splat_picture_source mask;
+        /// <summary>where the network takes it; larger is nearer, or as model.head.depth_maps of the configuration
+        /// says, at any scale</summary>
+        public splat_picture_source depth;
+        /// <summary>where the network takes it; (normal + 1) / 2, camera's axes</summary>
+        public splat_picture_source normal;
+        /** <summary>SPLAT_PICTURE_*</summary> */ public PictureFlags flags;
+        /// <summary>the object's longer side, as a part of the square's; 0: 0.65; 0 with
+        /// SPLAT_PICTURE_WHOLE</summary>
+        public float foreground;
+        /** <summary>pixels of the image; 0: by its Exif data, else not known</summary> */ public double focal;
+        /// <summary>along the camera's axis, where the network takes it; else 0</summary>
+        public double origin_distance;
+        /// <summary>like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole
+        /// pictures; others take none</summary>
+        public fixed double world_to_camera[16];
+        /** <summary>a custom embedding, or NULL</summary> */ public float* embedding;
+        /** <summary>numbers</summary> */ public ulong embedding_count;
+        /** <summary>[token_dim,tokens] where the network takes them, or NULL</summary> */ public float* tokens;
+        /** <summary>numbers</summary> */ public ulong token_count;
+    }
+
+    /// <summary>What became of a picture. Frozen.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_picture_info
+    {
+        /** <summary>width of the picture, pixels</summary> */ public uint width;
+        /** <summary>height of the picture, pixels</summary> */ public uint height;
+        /** <summary>how the object was found</summary> */ public Found found;
+        /** <summary>SPLAT_PICTURE_* warnings</summary> */ public PictureWarningFlags warnings;
+        /// <summary>left, top and side of what was cut out, pixels of the picture</summary>
+        public fixed double square[3];
+        /** <summary>focal length, pixels of the picture; 0: not known</summary> */ public double focal;
+        /** <summary>field of view of the square; 0: not known</summary> */ public double fov_degrees;
+    }
+
+    /// <summary>Where splat_picture_cut writes: squares of <c>resolution</c> pixels. Those without pixels are not
+    /// wanted.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_picture_cut_desc
+    {
+        public uint struct_size;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        public uint resolution;
+        /** <summary>behind the object, 0 to 1</summary> */ public fixed float background[3];
+        /** <summary>3 channels</summary> */ public splat_image image;
+        /** <summary>1 channel, and so depth</summary> */ public splat_image mask;
+        /** <summary>needs the picture's map; 0 outside of the object</summary> */ public splat_image depth;
+        /// <summary>3 channels; needs the picture's map; 0.5 outside of the object</summary>
+        public splat_image normal;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_predictor_desc
+    {
+        public uint struct_size;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>a file, or a name, as of splat_weights_load</summary> */ public byte* weights_path;
+        /// <summary>used instead of reading the file, whose path then only names them; neither: those of
+        /// splat_builtin_weights(NULL)</summary>
+        public IntPtr weights;
+        /// <summary>text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights'
+        /// name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one of
+        /// splat_config_presets that fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by
+        /// the published name of the file, such as model_cars.pth. "published" of splat_weights_report has {"fit":
+        /// [names], "nearest", "differences" (from that, if none fits), "sentence"}</summary>
+        public byte* config;
+        /** <summary>a file of low-rank adapters, which are folded in</summary> */ public byte* adapters_path;
+        /** <summary>adapters in memory; neither: only those among the weights</summary> */ public IntPtr adapters;
+        /// <summary>0: lora_alpha of their metadata, else of the configuration</summary>
+        public double adapters_alpha;
+        /// <summary>0, or 2 to 64: each prediction is drawn from so many further views around the object, each of
+        /// these is predicted, too, and all Gaussians are joined; F3D-Gaus has 8. For networks of one picture of
+        /// colours and mask whose head takes depths (model.head f3d)</summary>
+        public uint aggregate;
+        /** <summary>0: SPLAT_CONVENTION_3DGS; how these views are drawn</summary> */ public Convention convention;
+    }
+
+    /// <summary>What a predictor takes and gives, for what its weights were trained.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_predictor_info
+    {
+        public uint struct_size;
+        /** <summary>pictures of one prediction</summary> */ public uint views;
+        /** <summary>R: the network sees squares of R x R pixels</summary> */ public uint resolution;
+        /** <summary>channels of the network's input</summary> */ public uint channels;
+        /** <summary>1: it takes a depth map, for the network or for its head</summary> */ public uint depth;
+        /** <summary>1: it takes a normal map</summary> */ public uint normal;
+        /** <summary>1: it takes the object's mask, which is always found</summary> */ public uint mask;
+        /** <summary>1: it takes the distance of the object's origin</summary> */ public uint origin_distance;
+        /// <summary>views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible
+        /// ones</summary>
+        public ulong gaussians;
+        /** <summary>degree of the spherical harmonics, 0 to 3</summary> */ public uint sh_degree;
+        /** <summary>colour behind the object, 0 to 1</summary> */ public fixed float background[3];
+        /// <summary>across the square; 0: each view has a focal length of its own</summary>
+        public double fov_degrees;
+        /** <summary>data.category, may be empty; lives as long as the predictor</summary> */ public byte* category;
+        /// <summary>1: it takes pictures whole, as if SPLAT_PICTURE_WHOLE were set, over the background only where a
+        /// mask or an alpha is given: its head takes the depth of each pixel, of a map in the proportion of the
+        /// image</summary>
+        public uint whole;
+        /** <summary>0</summary> */ public uint reserved;
+    }
+
+    /// <summary>Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_prediction
+    {
+        public uint struct_size;
+        public uint camera_capacity;
+        /** <summary>receives those of the views, relative to the first</summary> */ public splat_camera* cameras;
+        /** <summary>receives what became of each picture</summary> */ public splat_picture_info* pictures;
+        public uint picture_capacity;
+        /** <summary>out: all there are</summary> */ public uint camera_count;
+        /** <summary>out; 0 for an object of a data set</summary> */ public uint picture_count;
+        public uint reserved;
+        /** <summary>receives what the network sees, [views,channels,R,R]</summary> */ public float* inputs;
+        /** <summary>numbers</summary> */ public ulong input_capacity;
+        /** <summary>out, as what follows: of the scene</summary> */ public ulong gaussians;
+        /** <summary>left out: numbers of theirs are not finite</summary> */ public ulong not_finite;
+        /// <summary>left out: opacity below 1 / 255, which no image of 8 bits shows, or below the configuration's
+        /// model.head.opacity_threshold</summary>
+        public ulong faint;
+        /** <summary>to read and cut out the pictures</summary> */ public double read_ms;
+        /** <summary>to run the network and read its Gaussians</summary> */ public double network_ms;
+    }
+
     /// <summary>The ranks of a run, and how they reach each other. The struct is copied; functions and <c>user</c>
     /// must live until the run is destroyed.</summary>
     [StructLayout(LayoutKind.Sequential)]
@@ -4066,6 +3921,168 @@ namespace Splat.Interop
         /// they are summed by it, and the facts of the run say that it cannot be reproduced</summary>
         public IntPtr sum;
         /** <summary>NULL: errors have the number alone</summary> */ public IntPtr describe;
+    }
+
+    /// <summary>What a tensor of weights is.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_weights_info
+    {
+        public uint struct_size;
+        /** <summary>number of dimensions</summary> */ public uint rank;
+        /** <summary>elements, outermost first; a 0 means none</summary> */ public fixed long dims[8];
+        /** <summary>number of all elements</summary> */ public ulong elements;
+        /** <summary>name of the tensor; lives, like dtype, as long as the weights</summary> */ public byte* name;
+        /** <summary>type in the file: "float32", "int64", ...; read as float32</summary> */ public byte* dtype;
+    }
+
+    /// <summary>A tensor in the caller's memory, row-major. Frozen.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_named_array
+    {
+        public byte* name;
+        public float* values;
+        /** <summary>floats: the product of dims, 1 for rank 0</summary> */ public ulong value_count;
+        /** <summary>outermost first; a 0 means no elements</summary> */ public fixed long dims[8];
+        public uint rank;
+        /** <summary>0</summary> */ public uint reserved;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_op_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_OP_ bits</summary> */ public OpFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>a name of splat_op_list</summary> */ public byte* type;
+        /** <summary>JSON object; NULL = defaults</summary> */ public byte* attributes;
+        public uint input_count;
+        public uint output_count;
+        /** <summary>in the operator's order; an optional one may be NULL</summary> */ public IntPtr* inputs;
+        /** <summary>in the operator's order; an optional one may be NULL</summary> */ public IntPtr* outputs;
+        /// <summary>NULL for an operator without backward; else output_count tensors</summary>
+        public IntPtr* grad_outputs;
+        /// <summary>input_count tensors; gradients of NULL entries are not computed</summary>
+        public IntPtr* grad_inputs;
+    }
+
+    /// <summary>A named tensor of a model or a module. Frozen.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_port
+    {
+        /// <summary>name of the tensor; the library's lives as long as the model or module</summary>
+        public byte* name;
+        /** <summary>number of dimensions</summary> */ public uint rank;
+        /** <summary>SPLAT_PORT_ bits; 0 for a new module</summary> */ public PortFlags flags;
+        /** <summary>elements, outermost first</summary> */ public fixed long dims[8];
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_model_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_MODEL_*</summary> */ public ModelFlags flags;
+        public void* next;
+        /// <summary>text, JSON or YAML with the keys of Splatter Image; NULL: the cars model</summary>
+        public byte* config;
+        /// <summary>objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the
+        /// batch runs in equal slices. A backward pass then repeats the forward pass of all slices but the last, and
+        /// dropout differs from that of an undivided batch</summary>
+        public uint objects;
+        /** <summary>0: SPLAT_PRECISION_BALANCED</summary> */ public Precision precision;
+    }
+
+    /// <summary>What a model was made for, and what its latest pass gave.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_model_info
+    {
+        public uint struct_size;
+        /** <summary>what it was created with, SPLAT_MODEL_ bits</summary> */ public ModelFlags flags;
+        /** <summary>objects per batch</summary> */ public uint objects;
+        /** <summary>input images of an object</summary> */ public uint views;
+        /** <summary>R: images have R x R pixels</summary> */ public uint resolution;
+        /** <summary>channels of the images that a pass takes</summary> */ public uint channels;
+        /// <summary>channels of "images": no plane of origin distances, nor of depths in scene units</summary>
+        public uint image_channels;
+        /** <summary>channels of "raw"</summary> */ public uint output_channels;
+        /** <summary>M: Gaussians of an object</summary> */ public uint gaussians;
+        /** <summary>degree of the spherical harmonics; K = (sh_degree + 1)^2</summary> */ public uint sh_degree;
+        /** <summary>length of a custom embedding; 0: none</summary> */ public uint embedding_length;
+        /** <summary>numbers of a token; 0: none</summary> */ public uint token_dim;
+        /** <summary>tokens of an image; 0: none</summary> */ public uint tokens;
+        /** <summary>passes of a batch</summary> */ public uint slices;
+        /** <summary>field of view, degrees; 0: each image has its focal lengths</summary> */ public float fov;
+        public uint reserved;
+        /** <summary>numbers of all parameters</summary> */ public ulong parameters;
+        /** <summary>numbers of parameters that a training changes</summary> */ public ulong trainable;
+        /// <summary>Gaussians of the latest pass, over all objects; 0 before the first</summary>
+        public ulong predicted;
+        /// <summary>numbers of "raw" and of their attributes that are NaN or infinite</summary>
+        public ulong non_finite;
+        /** <summary>Gaussians of an opacity below 1/255, which no pixel shows</summary> */ public ulong faint;
+    }
+
+    /// <summary>Counts are of numbers in the array beside them; 0: trusted.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_model_input
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_PASS_ bits</summary> */ public PassFlags flags;
+        /** <summary>seed of dropout, used with step</summary> */ public ulong seed;
+        /** <summary>the optimiser's step</summary> */ public uint step;
+        /// <summary>channels per image, checked against the configuration; 0: not checked</summary>
+        public uint channels;
+        /** <summary>in the arrays, checked against the model's; 0: not checked</summary> */ public uint objects;
+        public uint picture_count;
+        /// <summary>images in the caller's layout, instead of <c>images</c>; the planes of an image may come from
+        /// several pictures in turn, such as RGB, then depth: N pictures or a multiple</summary>
+        public splat_image* pictures;
+        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance, or depth in scene units for
+        /// the head (model.head.positions)</summary>
+        public float* images;
+        public ulong images_count;
+        /// <summary>[N,4,4] row vectors: p_world = p_view M; NULL: the identity</summary>
+        public float* view_to_world;
+        public ulong view_to_world_count;
+        /** <summary>[N,4] w x y z of that rotation; NULL with view_to_world</summary> */ public float* quaternions;
+        public ulong quaternions_count;
+        /** <summary>[N,2] pixels; NULL unless the configuration's fov is 0</summary> */ public float* focals;
+        public ulong focals_count;
+        /** <summary>[N,length] of a custom embedding, else NULL</summary> */ public float* embedding;
+        public ulong embedding_count;
+        /** <summary>[N,token_dim,tokens], else NULL</summary> */ public float* tokens;
+        public ulong tokens_count;
+    }
+
+    /// <summary>Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers; 0:
+    /// trusted.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_model_gradients
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_PASS_ bits</summary> */ public PassFlags flags;
+        public float* means;
+        public ulong means_count;
+        public float* opacities;
+        public ulong opacities_count;
+        public float* scales;
+        public ulong scales_count;
+        public float* rotations;
+        public ulong rotations_count;
+        public float* sh;
+        public ulong sh_count;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_module_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_MODULE_*</summary> */ public ModuleFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>a name of splat_op_list, or "residual_block"</summary> */ public byte* type;
+        /** <summary>JSON object; NULL: defaults</summary> */ public byte* attributes;
+        /** <summary>with name, rank, dims</summary> */ public splat_port* ports;
+        public uint port_count;
+        /** <summary>only for residual_block; conv2d has an attribute</summary> */ public Precision precision;
     }
 
     /// <summary>A number by its name. Frozen.</summary>
@@ -4847,6 +4864,54 @@ namespace Splat.Interop
                 "struct_size:0:4 flags:4:4 next:8:8 width:16:4 height:20:4"),
             new NativeLayout(typeof(splat_camera_bytes), 40, false,
                 "struct_size:0:4 reserved:4:4 cameras:8:8 camera_bytes:16:8 images:24:8 image_bytes:32:8"),
+            new NativeLayout(typeof(splat_rasterizer_desc), 56, false,
+                "struct_size:0:4 flags:4:4 next:8:8 gaussians:16:4 views:20:4 width:24:4 height:28:4 " +
+                "sh_degree:32:4 disabled_skips:36:4 convention:40:4 near_plane:44:4 far_plane:48:4 items:52:4"),
+            new NativeLayout(typeof(splat_gaussians_desc), 104, false,
+                "struct_size:0:4 flags:4:4 next:8:8 means:16:8 scales:24:8 rotations:32:8 opacities:40:8 sh:48:8 " +
+                "colors:56:8 active_tiles:64:8 active_tile_count:72:8 view_ranges:80:8 view_range_count:88:8 " +
+                "scene:96:8"),
+            new NativeLayout(typeof(splat_gradients_desc), 128, false,
+                "struct_size:0:4 flags:4:4 next:8:8 grad_rgb:16:8 grad_alpha:24:8 grad_depth:32:8 grad_means:40:8 " +
+                "grad_scales:48:8 grad_rotations:56:8 grad_opacities:64:8 grad_sh:72:8 grad_colors:80:8 " +
+                "grad_means2d:88:8 grad_means2d_abs:96:8 grad_world_to_camera:104:8 grad_intrinsics:112:8 " +
+                "contributions:120:8"),
+            new NativeLayout(typeof(splat_rasterizer_info), 88, false,
+                "struct_size:0:4 passes:4:4 visible:8:8 pairs:16:8 longest:24:8 tiles:32:8 empty_tiles:40:8 " +
+                "bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 items:68:4 culled:72:8 non_finite:80:8"),
+            new NativeLayout(typeof(splat_scene_render_desc), 40, false,
+                "struct_size:0:4 flags:4:4 next:8:8 output:16:4 convention:20:4 background:24:12 as_given:36:4"),
+            new NativeLayout(typeof(splat_image_info), 16, false,
+                "struct_size:0:4 bits:4:4 focal:8:8"),
+            new NativeLayout(typeof(splat_image_scores), 32, false,
+                "struct_size:0:4 reserved:4:4 squared_error:8:8 psnr:16:8 ssim:24:8"),
+            new NativeLayout(typeof(splat_lpips_desc), 32, false,
+                "struct_size:0:4 flags:4:4 next:8:8 weights:16:8 weight_count:24:4 side:28:4"),
+            new NativeLayout(typeof(splat_picture_source), 64, true,
+                "path:0:8 pixels:8:56"),
+            new NativeLayout(typeof(splat_picture), 440, true,
+                "image:0:64 mask:64:64 depth:128:64 normal:192:64 flags:256:4 foreground:260:4 focal:264:8 " +
+                "origin_distance:272:8 world_to_camera:280:128 embedding:408:8 embedding_count:416:8 tokens:424:8 " +
+                "token_count:432:8"),
+            new NativeLayout(typeof(splat_picture_info), 56, true,
+                "width:0:4 height:4:4 found:8:4 warnings:12:4 square:16:24 focal:40:8 fov_degrees:48:8"),
+            new NativeLayout(typeof(splat_picture_cut_desc), 256, false,
+                "struct_size:0:4 flags:4:4 next:8:8 resolution:16:4 background:20:12 image:32:56 mask:88:56 " +
+                "depth:144:56 normal:200:56"),
+            new NativeLayout(typeof(splat_predictor_desc), 72, false,
+                "struct_size:0:4 flags:4:4 next:8:8 weights_path:16:8 weights:24:8 config:32:8 adapters_path:40:8 " +
+                "adapters:48:8 adapters_alpha:56:8 aggregate:64:4 convention:68:4"),
+            new NativeLayout(typeof(splat_predictor_info), 80, false,
+                "struct_size:0:4 views:4:4 resolution:8:4 channels:12:4 depth:16:4 normal:20:4 mask:24:4 " +
+                "origin_distance:28:4 gaussians:32:8 sh_degree:40:4 background:44:12 fov_degrees:56:8 " +
+                "category:64:8 whole:72:4 reserved:76:4"),
+            new NativeLayout(typeof(splat_prediction), 96, false,
+                "struct_size:0:4 camera_capacity:4:4 cameras:8:8 pictures:16:8 picture_capacity:24:4 " +
+                "camera_count:28:4 picture_count:32:4 reserved:36:4 inputs:40:8 input_capacity:48:8 " +
+                "gaussians:56:8 not_finite:64:8 faint:72:8 read_ms:80:8 network_ms:88:8"),
+            new NativeLayout(typeof(splat_group), 64, false,
+                "struct_size:0:4 rank:4:4 count:8:4 reserved:12:4 user:16:8 send_receive:24:8 broadcast:32:8 " +
+                "barrier:40:8 sum:48:8 describe:56:8"),
             new NativeLayout(typeof(splat_weights_info), 96, false,
                 "struct_size:0:4 rank:4:4 dims:8:64 elements:72:8 name:80:8 dtype:88:8"),
             new NativeLayout(typeof(splat_named_array), 96, true,
@@ -4874,54 +4939,6 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_module_desc), 48, false,
                 "struct_size:0:4 flags:4:4 next:8:8 type:16:8 attributes:24:8 ports:32:8 port_count:40:4 " +
                 "precision:44:4"),
-            new NativeLayout(typeof(splat_picture_source), 64, true,
-                "path:0:8 pixels:8:56"),
-            new NativeLayout(typeof(splat_picture), 440, true,
-                "image:0:64 mask:64:64 depth:128:64 normal:192:64 flags:256:4 foreground:260:4 focal:264:8 " +
-                "origin_distance:272:8 world_to_camera:280:128 embedding:408:8 embedding_count:416:8 tokens:424:8 " +
-                "token_count:432:8"),
-            new NativeLayout(typeof(splat_picture_info), 56, true,
-                "width:0:4 height:4:4 found:8:4 warnings:12:4 square:16:24 focal:40:8 fov_degrees:48:8"),
-            new NativeLayout(typeof(splat_picture_cut_desc), 256, false,
-                "struct_size:0:4 flags:4:4 next:8:8 resolution:16:4 background:20:12 image:32:56 mask:88:56 " +
-                "depth:144:56 normal:200:56"),
-            new NativeLayout(typeof(splat_predictor_desc), 64, false,
-                "struct_size:0:4 flags:4:4 next:8:8 weights_path:16:8 weights:24:8 config:32:8 adapters_path:40:8 " +
-                "adapters:48:8 adapters_alpha:56:8"),
-            new NativeLayout(typeof(splat_predictor_info), 72, false,
-                "struct_size:0:4 views:4:4 resolution:8:4 channels:12:4 depth:16:4 normal:20:4 mask:24:4 " +
-                "origin_distance:28:4 gaussians:32:8 sh_degree:40:4 background:44:12 fov_degrees:56:8 " +
-                "category:64:8"),
-            new NativeLayout(typeof(splat_prediction), 96, false,
-                "struct_size:0:4 camera_capacity:4:4 cameras:8:8 pictures:16:8 picture_capacity:24:4 " +
-                "camera_count:28:4 picture_count:32:4 reserved:36:4 inputs:40:8 input_capacity:48:8 " +
-                "gaussians:56:8 not_finite:64:8 faint:72:8 read_ms:80:8 network_ms:88:8"),
-            new NativeLayout(typeof(splat_rasterizer_desc), 56, false,
-                "struct_size:0:4 flags:4:4 next:8:8 gaussians:16:4 views:20:4 width:24:4 height:28:4 " +
-                "sh_degree:32:4 disabled_skips:36:4 convention:40:4 near_plane:44:4 far_plane:48:4 items:52:4"),
-            new NativeLayout(typeof(splat_gaussians_desc), 104, false,
-                "struct_size:0:4 flags:4:4 next:8:8 means:16:8 scales:24:8 rotations:32:8 opacities:40:8 sh:48:8 " +
-                "colors:56:8 active_tiles:64:8 active_tile_count:72:8 view_ranges:80:8 view_range_count:88:8 " +
-                "scene:96:8"),
-            new NativeLayout(typeof(splat_gradients_desc), 128, false,
-                "struct_size:0:4 flags:4:4 next:8:8 grad_rgb:16:8 grad_alpha:24:8 grad_depth:32:8 grad_means:40:8 " +
-                "grad_scales:48:8 grad_rotations:56:8 grad_opacities:64:8 grad_sh:72:8 grad_colors:80:8 " +
-                "grad_means2d:88:8 grad_means2d_abs:96:8 grad_world_to_camera:104:8 grad_intrinsics:112:8 " +
-                "contributions:120:8"),
-            new NativeLayout(typeof(splat_rasterizer_info), 88, false,
-                "struct_size:0:4 passes:4:4 visible:8:8 pairs:16:8 longest:24:8 tiles:32:8 empty_tiles:40:8 " +
-                "bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 items:68:4 culled:72:8 non_finite:80:8"),
-            new NativeLayout(typeof(splat_scene_render_desc), 40, false,
-                "struct_size:0:4 flags:4:4 next:8:8 output:16:4 convention:20:4 background:24:12 as_given:36:4"),
-            new NativeLayout(typeof(splat_image_info), 16, false,
-                "struct_size:0:4 bits:4:4 focal:8:8"),
-            new NativeLayout(typeof(splat_image_scores), 32, false,
-                "struct_size:0:4 reserved:4:4 squared_error:8:8 psnr:16:8 ssim:24:8"),
-            new NativeLayout(typeof(splat_lpips_desc), 32, false,
-                "struct_size:0:4 flags:4:4 next:8:8 weights:16:8 weight_count:24:4 side:28:4"),
-            new NativeLayout(typeof(splat_group), 64, false,
-                "struct_size:0:4 rank:4:4 count:8:4 reserved:12:4 user:16:8 send_receive:24:8 broadcast:32:8 " +
-                "barrier:40:8 sum:48:8 describe:56:8"),
             new NativeLayout(typeof(splat_number), 16, true,
                 "name:0:8 value:8:8"),
             new NativeLayout(typeof(splat_run_event), 160, false,

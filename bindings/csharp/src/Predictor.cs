@@ -136,6 +136,10 @@ namespace Splat
         public Weights? Adapters { get; set; }
         /// <summary>0: of their metadata, else of the configuration.</summary>
         public double AdaptersAlpha { get; set; }
+        /// <summary>0, or 2 to 64: predictions from so many drawn views are joined, as those of F3D-Gaus from 8.</summary>
+        public uint Aggregate { get; set; }
+        /// <summary>How these views are drawn.</summary>
+        public Convention Convention { get; set; }
     }
 
     /// <summary>A scene, and what became of the pictures.</summary>
@@ -202,6 +206,8 @@ namespace Splat
                     adapters_path = arena.Optional(options.AdaptersPath, nameof(options.AdaptersPath)),
                     adapters = arena.Hold(options.Adapters),
                     adapters_alpha = options.AdaptersAlpha,
+                    aggregate = options.Aggregate,
+                    convention = options.Convention,
                 };
                 IntPtr handle;
                 Check.Ok(Native.splat_predictor_create(device.Handle, &desc, &handle));

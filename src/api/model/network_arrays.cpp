@@ -17,7 +17,8 @@ Status check_array(const char* type, const char* name, const float* values, std:
 
 std::string channel_names(const config::ModelConfig& c) {
     return std::string("RGB") + (c.depth ? ", depth" : "") + (c.normal ? ", normal" : "") +
-           (c.mask ? ", mask" : "") + (c.origin_distance ? ", origin distance" : "");
+           (c.mask ? ", mask" : "") + (c.origin_distance ? ", origin distance" : "") +
+           (c.positions == kHeadInputDepth ? ", depth in scene units" : "");
 }
 
 }  // namespace

@@ -123,6 +123,14 @@ std::string predictor_report(const api::PredictorObject& object, const io::Weigh
     return json.text();
 }
 
+/// How an aggregation draws its views.
+Result<raster::Convention> convention_of(const splat_predictor_desc& desc) {
+    if (desc.convention == 0 || desc.convention == SPLAT_CONVENTION_3DGS)
+        return raster::Convention::k3dgs;
+    return invalid("splat_predictor_desc.convention is %d, expected 0 or SPLAT_CONVENTION_3DGS",
+                   desc.convention);
+}
+
 Result<PredictorPointer> make_predictor(splat_device device, const splat_predictor_desc& desc) {
     SPLAT_ASSIGN(const auto owner, api::find(device));
     auto object = std::make_shared<api::PredictorObject>(owner->context);
@@ -135,6 +143,10 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
                  predictor_weights(object->path.c_str(), desc.weights, "weights"));
     SPLAT_ASSIGN(object->settings,
                  predictor_settings(desc.config, *weights, object->path, desc.adapters_path));
+    SPLAT_SET(object->aggregation.convention, convention_of(desc));
+    object->aggregation.views = desc.aggregate;
+    SPLAT_TRY(predict::check_aggregation(object->settings.network, desc.aggregate));
+    SPLAT_TRY(predict::expect_head(weights->tensors, object->settings.network));
     SPLAT_ASSIGN(const WeightsPointer file, with_adapters(weights, desc, object->settings.network));
     model::LoadReport load;
     SPLAT_TRY(owner->test(api::kNetworkKernels | api::kRasterKernels));
@@ -157,8 +169,14 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
 /// The predicted Gaussians that an image can show.
 Result<gaussians::Downloaded> run(api::PredictorObject& object, const predict::Views& views) {
     const std::lock_guard lock(object.context->mutex);
-    SPLAT_TRY(object.predictor->predict(views));
-    if (object.predictor->ledger().outputs_not_finite == 0) return object.predictor->scene();
+    gaussians::Downloaded joined;
+    if (object.aggregation.views > 0)
+        SPLAT_SET(joined, object.predictor->aggregate(views, object.aggregation));
+    else
+        SPLAT_TRY(object.predictor->predict(views));
+    const bool finite = object.predictor->ledger().outputs_not_finite == 0;
+    if (finite && object.aggregation.views > 0) return joined;
+    if (finite) return object.predictor->scene();
     return bad_state(
         "the network's output is not finite: numbers of the weights%s overflow "
         "float32 in its layers; give others, or train again",
@@ -241,7 +259,7 @@ splat_result splat_predictor_create(splat_device device, const splat_predictor_d
         splat_predictor_desc full{};
         if (desc != nullptr) {
             SPLAT_TRY(api::check_desc(desc, 0));
-            full = *desc;
+            SPLAT_TRY(api::take_input(desc, "desc", full));
         }
         return make_predictor(device, full);
     });
@@ -254,7 +272,9 @@ splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor
         SPLAT_COPY(filled, network, views, resolution, depth, normal, mask, origin_distance,
                    sh_degree);
         filled.channels = network.input_channels();
-        filled.gaussians = network.gaussians();
+        filled.gaussians = std::uint64_t{network.gaussians()} * (1 + object.aggregation.views);
+        filled.whole = predict::takes_whole_pictures(network) ? 1 : 0;
+        filled.depth |= filled.whole;
         filled.fov_degrees = static_cast<double>(network.fov_degrees);
         const std::array<float, 3> background = predict::background_of(object.settings);
         std::ranges::copy(background, filled.background);

@@ -77,7 +77,11 @@ Status read_source(const splat_picture_source& source, const std::string& name, 
         const std::string pixels = name + ".pixels";
         SPLAT_ASSIGN(const ImageView view, image_to_read(&source.pixels, pixels.c_str()));
         SPLAT_ASSIGN(io::Image image, eight_bits_of(view, pixels.c_str(), content));
-        to = data::NamedImage{std::move(image), name};
+        to = data::NamedImage{std::move(image), name, {}};
+        if (content == Content::kDepth && view.type != SPLAT_PIXEL_U8) {
+            const std::vector<float> all = interleaved_of(view);
+            for (std::size_t i = 0; i < all.size(); i += view.channels) to->exact.push_back(all[i]);
+        }
     }
     return {};
 }

@@ -244,7 +244,7 @@ Result<WeightsFile> read_pth(const Source& source, const DecodeLimits& limits) {
                        ", expected a state dict");
     WeightsFile file;
     file.format = WeightsFormat::kPth;
-    for (const char* section : {"model_state_dict", "state_dict"}) {
+    for (const char* section : {"model_state_dict", "state_dict", "model"}) {
         const PickleNode* inner = reader.pickle().find(*dict, section);
         if (inner == nullptr || inner->kind != Kind::kDict) continue;
         SPLAT_TRY(read_scalars(reader, file.metadata));

@@ -72,6 +72,9 @@ void MisuseTable::predictor_rows() {
     invalid("weights of another network", kFormat, [](auto&) {});
     invalid("no configuration", kArgument, [](auto& d) { d.config = nullptr; });
     invalid("a wrong configuration", kArgument, [](auto& d) { d.config = "a: 1"; });
+    invalid("an aggregation of one view", kArgument, [](auto& d) { d.aggregate = 1; });
+    invalid("an aggregation of another network", kArgument, [](auto& d) { d.aggregate = 8; });
+    invalid("an unknown convention", kArgument, [](auto& d) { d.convention = 77; });
     invalid("a path and adapters", kArgument, [](auto& d) {
         d.adapters = d.weights;
         d.adapters_path = "a.npz";

@@ -38,6 +38,10 @@ Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels
 'vkrun weights where' lists published weights. Warns if no object is found, and then uses the whole picture,
 or if the object touches the border.
 
+A network whose head takes depths (model.head f3d, such as F3D-Gaus) needs --depth, and sees pictures whole, over the
+background only where --mask or an alpha is given. The map's least and greatest numbers lie at data.znear and data.zfar;
+--larger says which is which: 'farther' as LeReS and the preset f3d-gaus-256 have it, 'nearer' as 'vkrun priors depth'.
+
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data, 7 weights whose
 outputs are not finite.
 
@@ -45,6 +49,7 @@ Examples:
   vkrun predict photo.png --out out
   vkrun predict photo.jpg --mask-preset u2net --out out
   vkrun predict render.png --whole --weights model_best.pth --config config.yaml --out out
+  vkrun predict photo.png --depth depth.png --weights checkpoint_256x256_v1.pt --aggregate 8
   vkrun predict --data cars --split test --object 0 --out out
   vkrun predict --data chairs --split test --object 0 --adapters chairs --out out
 )";
@@ -109,9 +114,14 @@ int predict(const CLI::App& command, const PredictionOptions& options, bool json
     check_options(command, options);
     check_no_run(options.out, "predicted");
     check_targets(options);
-    const NetworkFiles files = network_files(weights_of(options), options.config, options.adapters);
+    std::vector<std::string> changes;
+    if (!options.larger.empty()) changes.push_back("model.head.depth_maps=" + options.larger);
+    const NetworkFiles files =
+        network_files(weights_of(options), options.config, options.adapters, changes);
     const Device device = open_device(device_desc(options.device));
-    const Json result = run_prediction(options, device.get(), load_network(device.get(), files));
+    const Joining joining{options.aggregate, convention_of(options.convention)};
+    const Json result =
+        run_prediction(options, device.get(), load_network(device.get(), files, nullptr, joining));
     if (json) {
         print_json(result);
         return kSuccess;
@@ -144,6 +154,13 @@ void add_map_options(CLI::App& command, PredictionOptions& o) {
         ->type_name("FILE");
     command.add_option("--depth", o.depth, "Depth map, for networks that take one")
         ->type_name("FILE");
+    command
+        .add_option(
+            "--larger", o.larger,
+            "What larger numbers of --depth are, nearer or farther, for networks whose head "
+            "takes\ndepths; default: the configuration's model.head.depth_maps")
+        ->type_name("WORD")
+        ->check(CLI::IsMember({"nearer", "farther"}));
     command.add_option("--normal", o.normal, "Normal map, for networks that take one")
         ->type_name("FILE");
 }
@@ -210,6 +227,17 @@ void add_predict(CLI::App& app, int& exit_code) {
         ->add_option("--true-depth", o.true_depth,
                      "True depth map of IMAGE to compare with, at any scale; larger is farther")
         ->type_name("FILE");
+    command
+        ->add_option("--aggregate", o.aggregate,
+                     "Predict from so many drawn views of the prediction as well, and join all; "
+                     "F3D-Gaus\nhas 8")
+        ->type_name("N");
+    command
+        ->add_option("--convention", o.convention,
+                     "How these views and the results are drawn: 3dgs, or ray_maximum as F3D-Gaus")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"3dgs", "ray_maximum"}))
+        ->capture_default_str();
     command->add_option("--out", o.out, "Folder for the results")
         ->type_name("DIR")
         ->capture_default_str();

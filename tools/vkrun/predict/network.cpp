@@ -51,7 +51,12 @@ NetworkFiles network_files(const std::string& weights, const std::string& config
     return {weights, beside, merged_config(found, changes)};
 }
 
-Network load_network(splat_device device, const NetworkFiles& files, splat_weights weights) {
+splat_convention convention_of(const std::string& name) {
+    return name == "3dgs" ? SPLAT_CONVENTION_3DGS : static_cast<splat_convention>(3);
+}
+
+Network load_network(splat_device device, const NetworkFiles& files, splat_weights weights,
+                     const Joining& joining) {
     Network network;
     network.files = files;
     const Weights own = weights == nullptr ? load_weights(files.weights) : Weights();
@@ -60,6 +65,8 @@ Network load_network(splat_device device, const NetworkFiles& files, splat_weigh
     desc.weights_path = files.weights.c_str();
     desc.weights = weights == nullptr ? own.get() : weights;
     desc.config = config.c_str();
+    desc.aggregate = joining.aggregate;
+    desc.convention = joining.convention;
     if (!files.adapters.empty()) desc.adapters_path = files.adapters.c_str();
     const splat_result made = splat_predictor_create(device, &desc, network.predictor.out());
     check(made, made == SPLAT_ERROR_INVALID_ARGUMENT ? kUsageError : kBadData);

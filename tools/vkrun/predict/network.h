@@ -34,8 +34,17 @@ struct Network {
     splat_predictor_info info = sized<splat_predictor_info>();
 };
 
+/// How predictions are joined, see splat_predictor_desc.
+struct Joining {
+    std::uint32_t aggregate = 0;
+    splat_convention convention = 0;
+};
+
+/// Of "3dgs" and "ray_maximum".
+splat_convention convention_of(const std::string& name);
+
 /// Load a network and print its warnings. `weights`, unless NULL, are those of the file. Throws a Failure.
 Network load_network(splat_device device, const NetworkFiles& files,
-                     splat_weights weights = nullptr);
+                     splat_weights weights = nullptr, const Joining& joining = {});
 
 }  // namespace vkrun

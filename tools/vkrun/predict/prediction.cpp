@@ -290,8 +290,13 @@ std::string weights_of(const PredictionOptions& options) {
     return weights_named(maps ? kDepthNormalWeights : kPlainWeights);
 }
 
-Json run_prediction(const PredictionOptions& options, splat_device device, const Network& network,
+Json run_prediction(const PredictionOptions& given, splat_device device, const Network& network,
                     HtmlPage* also) {
+    PredictionOptions options = given;
+    if (network.info.whole != 0 && given.foreground)
+        throw Failure(kUsageError, "--foreground: the network takes whole pictures");
+    const bool by_network = !given.mask_model.empty() || !given.mask_preset.empty();
+    if (network.info.whole != 0 && given.data.empty() && !by_network) options.whole = true;
     const NetworkFiles& files = network.files;
     const Predicted task =
         options.data.empty() ? read_photo(options, network) : read_object(options, network);

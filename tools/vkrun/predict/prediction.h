@@ -16,6 +16,9 @@ struct PredictionOptions {
     std::string data, split = "test";
     std::uint32_t object = 0;
     std::string weights, config, adapters;
+    std::string larger;           ///< "nearer", "farther"; empty: as the configuration says
+    std::uint32_t aggregate = 0;  ///< further views that predictions are made from
+    std::string convention = "3dgs";
     bool whole = false;
     std::optional<float> foreground;
     std::optional<double> focal;  ///< pixels; default: by the picture's Exif data

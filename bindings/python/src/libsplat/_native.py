@@ -425,6 +425,185 @@ class CameraFlags(IntFlag):
     IGNORE_DISTORTION = 1
 
 
+class Convention(OpenEnum):
+    """Whose rules a rasterizer follows where renderers differ.
+
+    CONVENTION_3DGS  Kerbl et al. 2023: extents of 3 sigma, quaternions as given
+    GSPLAT           gsplat 1.6: exactly alpha >= 1/255, quaternions normalised
+    """
+
+    CONVENTION_3DGS = 1
+    GSPLAT = 2
+
+
+ConventionName = Literal["3dgs", "gsplat"]
+
+
+class RasterizerFlags(IntFlag):
+    """What a rasterizer can do.
+
+    DIRECT_COLORS      colours are RGB, not spherical harmonics
+    ANTIALIASED        opacity compensates for the dilation
+    DEPTH              outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS
+    BACKWARD           it computes gradients
+    GRAD_DEPTH         gradients from the depth; implies BACKWARD
+    GRAD_POSE          the pose, for `Convention.GSPLAT`; implies BACKWARD
+    GRAD_MEANS2D       gradients of means2d; implies BACKWARD
+    ORIGINAL_GRADIENT  `Convention.CONVENTION_3DGS`: the gradient of the original code with its three quirks
+    NORMALS            output NORMALS
+    GRAD_INTRINSICS    fx, fy, cx, cy; implies GRAD_POSE
+    CONTRIBUTIONS      contributions of a backward call; implies it
+    IDS                output IDS; implies DEPTH
+    SORT_BY_DISTANCE   blend by the distance of a mean to the camera, not by its depth; outputs of depth stay z
+    CUT_3_SIGMA        alpha is 0 beyond 3 sigma of the dilated ellipse
+    LINEAR_COLORS      colours are linear: `background` is sRGB and made linear, `Rasterizer.read_images` converts RGB
+                       to sRGB (IEC 61966-2-1); tensors, `Rasterizer.read` and gradients stay linear
+    """
+
+    DIRECT_COLORS = 1
+    ANTIALIASED = 2
+    DEPTH = 4
+    BACKWARD = 8
+    GRAD_DEPTH = 16
+    GRAD_POSE = 32
+    GRAD_MEANS2D = 64
+    ORIGINAL_GRADIENT = 128
+    NORMALS = 256
+    GRAD_INTRINSICS = 512
+    CONTRIBUTIONS = 1024
+    IDS = 2048
+    SORT_BY_DISTANCE = 4096
+    CUT_3_SIGMA = 8192
+    LINEAR_COLORS = 16384
+
+
+class SkipFlags(IntFlag):
+    """Work that is skipped because it does not change the image. Gaussians that a convention culls (see `Output`)
+    are always culled.
+
+    OPACITY_EXTENT  the region where alpha < 1/255
+    EXACT_TILES     tiles that the ellipse does not touch
+    CULL            sorting Gaussians that reach no tile: too faint, too small
+    EARLY_OUT       blending where every pixel has stopped; not in plain kernels
+    UNCHANGED       drawing if scene, cameras and background are unchanged; never for tensors, which may have been
+                    written
+    BLOCKS          Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs
+    """
+
+    OPACITY_EXTENT = 1
+    EXACT_TILES = 2
+    CULL = 4
+    EARLY_OUT = 8
+    UNCHANGED = 16
+    BLOCKS = 32
+
+
+class Output(OpenEnum):
+    """What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of
+    fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other, I Gaussians in all.
+    Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not
+    finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.
+
+    RGB             [V,H,W,3] colours over the background
+    ALPHA           [V,H,W] sum of the weights
+    DEPTH           [V,H,W] sum of weight * depth, scene units along z
+    EXPECTED_DEPTH  [V,H,W] depth / alpha
+    CONTRIBUTORS    [V,H,W] Gaussians of weight > 0
+    MEANS2D         [V,N,2] places of their means, pixels
+    RADII           [V,N,2] half extents, pixels
+    CONICS          [V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y)
+    DEPTHS          [V,N] depths of their means, scene units along z
+    VISIBILITY      [V,N] 1, or 0 if culled
+    NORMALS         [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
+    IDS             [V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
+    """
+
+    RGB = 1
+    ALPHA = 2
+    DEPTH = 3
+    EXPECTED_DEPTH = 4
+    CONTRIBUTORS = 5
+    MEANS2D = 6
+    RADII = 7
+    CONICS = 8
+    DEPTHS = 9
+    VISIBILITY = 10
+    NORMALS = 11
+    IDS = 12
+
+
+OutputName = Literal[
+    "rgb", "alpha", "depth", "expected_depth", "contributors", "means2d", "radii", "conics", "depths", "visibility",
+    "normals", "ids",
+]
+
+
+class GradientFlags(IntFlag):
+    """What becomes of gradients.
+
+    ACCUMULATE  add gradients to the tensors' contents instead of overwriting them
+    """
+
+    ACCUMULATE = 1
+
+
+class ImageFormat(OpenEnum):
+    """A format of image files.
+
+    PNG    8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0
+    NPY    float32 [height,width,channels]; U8 is divided by 255
+    GIF    animations: 252 colours, dithered; no alpha
+    PNG16  16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
+    WEBP   animations: 8 bits without loss; sides up to 16383
+    """
+
+    PNG = 1
+    NPY = 2
+    GIF = 3
+    PNG16 = 4
+    WEBP = 5
+
+
+ImageFormatName = Literal["png", "npy", "gif", "png16", "webp"]
+
+
+class PictureFlags(IntFlag):
+    """Options of a picture.
+
+    WHOLE  use the largest centred square, not the object's
+    """
+
+    WHOLE = 1
+
+
+class Found(OpenEnum):
+    """How the object was found.
+
+    BY_MASK    by the mask that was given
+    BY_ALPHA   by an alpha that is not opaque everywhere
+    BY_BORDER  by what differs from the colour of the picture's border
+    NOTHING    the whole picture counts as the object
+    """
+
+    BY_MASK = 1
+    BY_ALPHA = 2
+    BY_BORDER = 3
+    NOTHING = 4
+
+
+class PictureWarningFlags(IntFlag):
+    """Warnings of a picture.
+
+    NO_OBJECT      nothing was found in a picture that was to be cut out
+    FIELD_OF_VIEW  the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
+    AT_BORDER      the object reaches the picture's border: a part is missing
+    """
+
+    NO_OBJECT = 1
+    FIELD_OF_VIEW = 2
+    AT_BORDER = 4
+
+
 class WeightsFlags(IntFlag):
     """How weights are read or written.
 
@@ -589,185 +768,6 @@ class ModuleFlags(IntFlag):
     GRADIENTS = 1
     INPUT_GRADIENTS = 2
     TRAINING = 4
-
-
-class PictureFlags(IntFlag):
-    """Options of a picture.
-
-    WHOLE  use the largest centred square, not the object's
-    """
-
-    WHOLE = 1
-
-
-class Found(OpenEnum):
-    """How the object was found.
-
-    BY_MASK    by the mask that was given
-    BY_ALPHA   by an alpha that is not opaque everywhere
-    BY_BORDER  by what differs from the colour of the picture's border
-    NOTHING    the whole picture counts as the object
-    """
-
-    BY_MASK = 1
-    BY_ALPHA = 2
-    BY_BORDER = 3
-    NOTHING = 4
-
-
-class PictureWarningFlags(IntFlag):
-    """Warnings of a picture.
-
-    NO_OBJECT      nothing was found in a picture that was to be cut out
-    FIELD_OF_VIEW  the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
-    AT_BORDER      the object reaches the picture's border: a part is missing
-    """
-
-    NO_OBJECT = 1
-    FIELD_OF_VIEW = 2
-    AT_BORDER = 4
-
-
-class Convention(OpenEnum):
-    """Whose rules a rasterizer follows where renderers differ.
-
-    CONVENTION_3DGS  Kerbl et al. 2023: extents of 3 sigma, quaternions as given
-    GSPLAT           gsplat 1.6: exactly alpha >= 1/255, quaternions normalised
-    """
-
-    CONVENTION_3DGS = 1
-    GSPLAT = 2
-
-
-ConventionName = Literal["3dgs", "gsplat"]
-
-
-class RasterizerFlags(IntFlag):
-    """What a rasterizer can do.
-
-    DIRECT_COLORS      colours are RGB, not spherical harmonics
-    ANTIALIASED        opacity compensates for the dilation
-    DEPTH              outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS
-    BACKWARD           it computes gradients
-    GRAD_DEPTH         gradients from the depth; implies BACKWARD
-    GRAD_POSE          the pose, for `Convention.GSPLAT`; implies BACKWARD
-    GRAD_MEANS2D       gradients of means2d; implies BACKWARD
-    ORIGINAL_GRADIENT  `Convention.CONVENTION_3DGS`: the gradient of the original code with its three quirks
-    NORMALS            output NORMALS
-    GRAD_INTRINSICS    fx, fy, cx, cy; implies GRAD_POSE
-    CONTRIBUTIONS      contributions of a backward call; implies it
-    IDS                output IDS; implies DEPTH
-    SORT_BY_DISTANCE   blend by the distance of a mean to the camera, not by its depth; outputs of depth stay z
-    CUT_3_SIGMA        alpha is 0 beyond 3 sigma of the dilated ellipse
-    LINEAR_COLORS      colours are linear: `background` is sRGB and made linear, `Rasterizer.read_images` converts RGB
-                       to sRGB (IEC 61966-2-1); tensors, `Rasterizer.read` and gradients stay linear
-    """
-
-    DIRECT_COLORS = 1
-    ANTIALIASED = 2
-    DEPTH = 4
-    BACKWARD = 8
-    GRAD_DEPTH = 16
-    GRAD_POSE = 32
-    GRAD_MEANS2D = 64
-    ORIGINAL_GRADIENT = 128
-    NORMALS = 256
-    GRAD_INTRINSICS = 512
-    CONTRIBUTIONS = 1024
-    IDS = 2048
-    SORT_BY_DISTANCE = 4096
-    CUT_3_SIGMA = 8192
-    LINEAR_COLORS = 16384
-
-
-class SkipFlags(IntFlag):
-    """Work that is skipped because it does not change the image. Gaussians that a convention culls (see `Output`)
-    are always culled.
-
-    OPACITY_EXTENT  the region where alpha < 1/255
-    EXACT_TILES     tiles that the ellipse does not touch
-    CULL            sorting Gaussians that reach no tile: too faint, too small
-    EARLY_OUT       blending where every pixel has stopped; not in plain kernels
-    UNCHANGED       drawing if scene, cameras and background are unchanged; never for tensors, which may have been
-                    written
-    BLOCKS          Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs
-    """
-
-    OPACITY_EXTENT = 1
-    EXACT_TILES = 2
-    CULL = 4
-    EARLY_OUT = 8
-    UNCHANGED = 16
-    BLOCKS = 32
-
-
-class Output(OpenEnum):
-    """What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of
-    fewer than N, [I,..] takes the place of [V,N,..]: the views' ranges one after the other, I Gaussians in all.
-    Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not
-    finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.
-
-    RGB             [V,H,W,3] colours over the background
-    ALPHA           [V,H,W] sum of the weights
-    DEPTH           [V,H,W] sum of weight * depth, scene units along z
-    EXPECTED_DEPTH  [V,H,W] depth / alpha
-    CONTRIBUTORS    [V,H,W] Gaussians of weight > 0
-    MEANS2D         [V,N,2] places of their means, pixels
-    RADII           [V,N,2] half extents, pixels
-    CONICS          [V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y)
-    DEPTHS          [V,N] depths of their means, scene units along z
-    VISIBILITY      [V,N] 1, or 0 if culled
-    NORMALS         [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
-    IDS             [V,H,W] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
-    """
-
-    RGB = 1
-    ALPHA = 2
-    DEPTH = 3
-    EXPECTED_DEPTH = 4
-    CONTRIBUTORS = 5
-    MEANS2D = 6
-    RADII = 7
-    CONICS = 8
-    DEPTHS = 9
-    VISIBILITY = 10
-    NORMALS = 11
-    IDS = 12
-
-
-OutputName = Literal[
-    "rgb", "alpha", "depth", "expected_depth", "contributors", "means2d", "radii", "conics", "depths", "visibility",
-    "normals", "ids",
-]
-
-
-class GradientFlags(IntFlag):
-    """What becomes of gradients.
-
-    ACCUMULATE  add gradients to the tensors' contents instead of overwriting them
-    """
-
-    ACCUMULATE = 1
-
-
-class ImageFormat(OpenEnum):
-    """A format of image files.
-
-    PNG    8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0
-    NPY    float32 [height,width,channels]; U8 is divided by 255
-    GIF    animations: 252 colours, dithered; no alpha
-    PNG16  16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
-    WEBP   animations: 8 bits without loss; sides up to 16383
-    """
-
-    PNG = 1
-    NPY = 2
-    GIF = 3
-    PNG16 = 4
-    WEBP = 5
-
-
-ImageFormatName = Literal["png", "npy", "gif", "png16", "webp"]
 
 
 class RunEventKind(OpenEnum):
@@ -1204,6 +1204,165 @@ class splat_camera_bytes(Structure):
     ]
 
 
+class splat_rasterizer_desc(Structure):
+    struct_size: int; flags: int; next: Any; gaussians: int; views: int; width: int; height: int; sh_degree: int
+    disabled_skips: int; convention: int; near_plane: float; far_plane: float; items: int
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("gaussians", c_uint32),
+        ("views", c_uint32), ("width", c_uint32), ("height", c_uint32), ("sh_degree", c_uint32),
+        ("disabled_skips", c_uint32), ("convention", c_int32), ("near_plane", c_float), ("far_plane", c_float),
+        ("items", c_uint32),
+    ]
+
+
+class splat_gaussians_desc(Structure):
+    struct_size: int; flags: int; next: Any; means: Any; scales: Any; rotations: Any; opacities: Any; sh: Any
+    colors: Any; active_tiles: Any; active_tile_count: int; view_ranges: Any; view_range_count: int; scene: Any
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("means", c_void_p),
+        ("scales", c_void_p), ("rotations", c_void_p), ("opacities", c_void_p), ("sh", c_void_p),
+        ("colors", c_void_p), ("active_tiles", c_void_p), ("active_tile_count", c_size_t), ("view_ranges", c_void_p),
+        ("view_range_count", c_size_t), ("scene", c_void_p),
+    ]
+
+
+class splat_gradients_desc(Structure):
+    struct_size: int; flags: int; next: Any; grad_rgb: Any; grad_alpha: Any; grad_depth: Any; grad_means: Any
+    grad_scales: Any; grad_rotations: Any; grad_opacities: Any; grad_sh: Any; grad_colors: Any; grad_means2d: Any
+    grad_means2d_abs: Any; grad_world_to_camera: Any; grad_intrinsics: Any; contributions: Any
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("grad_rgb", c_void_p),
+        ("grad_alpha", c_void_p), ("grad_depth", c_void_p), ("grad_means", c_void_p), ("grad_scales", c_void_p),
+        ("grad_rotations", c_void_p), ("grad_opacities", c_void_p), ("grad_sh", c_void_p), ("grad_colors", c_void_p),
+        ("grad_means2d", c_void_p), ("grad_means2d_abs", c_void_p), ("grad_world_to_camera", c_void_p),
+        ("grad_intrinsics", c_void_p), ("contributions", c_void_p),
+    ]
+
+
+class splat_rasterizer_info(Structure):
+    struct_size: int; passes: int; visible: int; pairs: int; longest: int; tiles: int; empty_tiles: int; bytes: int
+    runs: int; gaussians: int; views: int; items: int; culled: int; non_finite: int
+    _fields_ = [
+        ("struct_size", c_uint32), ("passes", c_uint32), ("visible", c_uint64), ("pairs", c_uint64),
+        ("longest", c_uint64), ("tiles", c_uint64), ("empty_tiles", c_uint64), ("bytes", c_uint64),
+        ("runs", c_uint32), ("gaussians", c_uint32), ("views", c_uint32), ("items", c_uint32), ("culled", c_uint64),
+        ("non_finite", c_uint64),
+    ]
+
+
+class splat_scene_render_desc(Structure):
+    struct_size: int; flags: int; next: Any; output: int; convention: int; background: Any; as_given: int
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("output", c_int32),
+        ("convention", c_int32), ("background", c_float * 3), ("as_given", c_uint32),
+    ]
+
+
+class splat_image_info(Structure):
+    struct_size: int; bits: int; focal: float
+    _fields_ = [
+        ("struct_size", c_uint32), ("bits", c_uint32), ("focal", c_double),
+    ]
+
+
+class splat_image_scores(Structure):
+    struct_size: int; reserved: int; squared_error: float; psnr: float; ssim: float
+    _fields_ = [
+        ("struct_size", c_uint32), ("reserved", c_uint32), ("squared_error", c_double), ("psnr", c_double),
+        ("ssim", c_double),
+    ]
+
+
+class splat_lpips_desc(Structure):
+    struct_size: int; flags: int; next: Any; weights: Any; weight_count: int; side: int
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("weights", POINTER(c_void_p)),
+        ("weight_count", c_uint32), ("side", c_uint32),
+    ]
+
+
+class splat_picture_source(Structure):
+    path: Any; pixels: Any
+    _fields_ = [
+        ("path", c_char_p), ("pixels", splat_image),
+    ]
+
+
+class splat_picture(Structure):
+    image: Any; mask: Any; depth: Any; normal: Any; flags: int; foreground: float; focal: float
+    origin_distance: float; world_to_camera: Any; embedding: Any; embedding_count: int; tokens: Any
+    token_count: int
+    _fields_ = [
+        ("image", splat_picture_source), ("mask", splat_picture_source), ("depth", splat_picture_source),
+        ("normal", splat_picture_source), ("flags", c_uint32), ("foreground", c_float), ("focal", c_double),
+        ("origin_distance", c_double), ("world_to_camera", c_double * 16), ("embedding", c_void_p),
+        ("embedding_count", c_uint64), ("tokens", c_void_p), ("token_count", c_uint64),
+    ]
+
+
+class splat_picture_info(Structure):
+    width: int; height: int; found: int; warnings: int; square: Any; focal: float; fov_degrees: float
+    _fields_ = [
+        ("width", c_uint32), ("height", c_uint32), ("found", c_int32), ("warnings", c_uint32),
+        ("square", c_double * 3), ("focal", c_double), ("fov_degrees", c_double),
+    ]
+
+
+class splat_picture_cut_desc(Structure):
+    struct_size: int; flags: int; next: Any; resolution: int; background: Any; image: Any; mask: Any; depth: Any
+    normal: Any
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("resolution", c_uint32),
+        ("background", c_float * 3), ("image", splat_image), ("mask", splat_image), ("depth", splat_image),
+        ("normal", splat_image),
+    ]
+
+
+class splat_predictor_desc(Structure):
+    struct_size: int; flags: int; next: Any; weights_path: Any; weights: Any; config: Any; adapters_path: Any
+    adapters: Any; adapters_alpha: float; aggregate: int; convention: int
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("weights_path", c_char_p),
+        ("weights", c_void_p), ("config", c_char_p), ("adapters_path", c_char_p), ("adapters", c_void_p),
+        ("adapters_alpha", c_double), ("aggregate", c_uint32), ("convention", c_int32),
+    ]
+
+
+class splat_predictor_info(Structure):
+    struct_size: int; views: int; resolution: int; channels: int; depth: int; normal: int; mask: int
+    origin_distance: int; gaussians: int; sh_degree: int; background: Any; fov_degrees: float; category: Any
+    whole: int; reserved: int
+    _fields_ = [
+        ("struct_size", c_uint32), ("views", c_uint32), ("resolution", c_uint32), ("channels", c_uint32),
+        ("depth", c_uint32), ("normal", c_uint32), ("mask", c_uint32), ("origin_distance", c_uint32),
+        ("gaussians", c_uint64), ("sh_degree", c_uint32), ("background", c_float * 3), ("fov_degrees", c_double),
+        ("category", c_char_p), ("whole", c_uint32), ("reserved", c_uint32),
+    ]
+
+
+class splat_prediction(Structure):
+    struct_size: int; camera_capacity: int; cameras: Any; pictures: Any; picture_capacity: int; camera_count: int
+    picture_count: int; reserved: int; inputs: Any; input_capacity: int; gaussians: int; not_finite: int; faint: int
+    read_ms: float; network_ms: float
+    _fields_ = [
+        ("struct_size", c_uint32), ("camera_capacity", c_uint32), ("cameras", POINTER(splat_camera)),
+        ("pictures", POINTER(splat_picture_info)), ("picture_capacity", c_uint32), ("camera_count", c_uint32),
+        ("picture_count", c_uint32), ("reserved", c_uint32), ("inputs", c_void_p), ("input_capacity", c_uint64),
+        ("gaussians", c_uint64), ("not_finite", c_uint64), ("faint", c_uint64), ("read_ms", c_double),
+        ("network_ms", c_double),
+    ]
+
+
+class splat_group(Structure):
+    struct_size: int; rank: int; count: int; reserved: int; user: Any; send_receive: Any; broadcast: Any
+    barrier: Any; sum: Any; describe: Any
+    _fields_ = [
+        ("struct_size", c_uint32), ("rank", c_uint32), ("count", c_uint32), ("reserved", c_uint32),
+        ("user", c_void_p), ("send_receive", splat_group_send_receive), ("broadcast", splat_group_broadcast),
+        ("barrier", splat_group_barrier), ("sum", splat_group_sum), ("describe", splat_group_describe),
+    ]
+
+
 class splat_weights_info(Structure):
     struct_size: int; rank: int; dims: Any; elements: int; name: Any; dtype: Any
     _fields_ = [
@@ -1291,164 +1450,6 @@ class splat_module_desc(Structure):
     _fields_ = [
         ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("type", c_char_p),
         ("attributes", c_char_p), ("ports", POINTER(splat_port)), ("port_count", c_uint32), ("precision", c_int32),
-    ]
-
-
-class splat_picture_source(Structure):
-    path: Any; pixels: Any
-    _fields_ = [
-        ("path", c_char_p), ("pixels", splat_image),
-    ]
-
-
-class splat_picture(Structure):
-    image: Any; mask: Any; depth: Any; normal: Any; flags: int; foreground: float; focal: float
-    origin_distance: float; world_to_camera: Any; embedding: Any; embedding_count: int; tokens: Any
-    token_count: int
-    _fields_ = [
-        ("image", splat_picture_source), ("mask", splat_picture_source), ("depth", splat_picture_source),
-        ("normal", splat_picture_source), ("flags", c_uint32), ("foreground", c_float), ("focal", c_double),
-        ("origin_distance", c_double), ("world_to_camera", c_double * 16), ("embedding", c_void_p),
-        ("embedding_count", c_uint64), ("tokens", c_void_p), ("token_count", c_uint64),
-    ]
-
-
-class splat_picture_info(Structure):
-    width: int; height: int; found: int; warnings: int; square: Any; focal: float; fov_degrees: float
-    _fields_ = [
-        ("width", c_uint32), ("height", c_uint32), ("found", c_int32), ("warnings", c_uint32),
-        ("square", c_double * 3), ("focal", c_double), ("fov_degrees", c_double),
-    ]
-
-
-class splat_picture_cut_desc(Structure):
-    struct_size: int; flags: int; next: Any; resolution: int; background: Any; image: Any; mask: Any; depth: Any
-    normal: Any
-    _fields_ = [
-        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("resolution", c_uint32),
-        ("background", c_float * 3), ("image", splat_image), ("mask", splat_image), ("depth", splat_image),
-        ("normal", splat_image),
-    ]
-
-
-class splat_predictor_desc(Structure):
-    struct_size: int; flags: int; next: Any; weights_path: Any; weights: Any; config: Any; adapters_path: Any
-    adapters: Any; adapters_alpha: float
-    _fields_ = [
-        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("weights_path", c_char_p),
-        ("weights", c_void_p), ("config", c_char_p), ("adapters_path", c_char_p), ("adapters", c_void_p),
-        ("adapters_alpha", c_double),
-    ]
-
-
-class splat_predictor_info(Structure):
-    struct_size: int; views: int; resolution: int; channels: int; depth: int; normal: int; mask: int
-    origin_distance: int; gaussians: int; sh_degree: int; background: Any; fov_degrees: float; category: Any
-    _fields_ = [
-        ("struct_size", c_uint32), ("views", c_uint32), ("resolution", c_uint32), ("channels", c_uint32),
-        ("depth", c_uint32), ("normal", c_uint32), ("mask", c_uint32), ("origin_distance", c_uint32),
-        ("gaussians", c_uint64), ("sh_degree", c_uint32), ("background", c_float * 3), ("fov_degrees", c_double),
-        ("category", c_char_p),
-    ]
-
-
-class splat_prediction(Structure):
-    struct_size: int; camera_capacity: int; cameras: Any; pictures: Any; picture_capacity: int; camera_count: int
-    picture_count: int; reserved: int; inputs: Any; input_capacity: int; gaussians: int; not_finite: int; faint: int
-    read_ms: float; network_ms: float
-    _fields_ = [
-        ("struct_size", c_uint32), ("camera_capacity", c_uint32), ("cameras", POINTER(splat_camera)),
-        ("pictures", POINTER(splat_picture_info)), ("picture_capacity", c_uint32), ("camera_count", c_uint32),
-        ("picture_count", c_uint32), ("reserved", c_uint32), ("inputs", c_void_p), ("input_capacity", c_uint64),
-        ("gaussians", c_uint64), ("not_finite", c_uint64), ("faint", c_uint64), ("read_ms", c_double),
-        ("network_ms", c_double),
-    ]
-
-
-class splat_rasterizer_desc(Structure):
-    struct_size: int; flags: int; next: Any; gaussians: int; views: int; width: int; height: int; sh_degree: int
-    disabled_skips: int; convention: int; near_plane: float; far_plane: float; items: int
-    _fields_ = [
-        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("gaussians", c_uint32),
-        ("views", c_uint32), ("width", c_uint32), ("height", c_uint32), ("sh_degree", c_uint32),
-        ("disabled_skips", c_uint32), ("convention", c_int32), ("near_plane", c_float), ("far_plane", c_float),
-        ("items", c_uint32),
-    ]
-
-
-class splat_gaussians_desc(Structure):
-    struct_size: int; flags: int; next: Any; means: Any; scales: Any; rotations: Any; opacities: Any; sh: Any
-    colors: Any; active_tiles: Any; active_tile_count: int; view_ranges: Any; view_range_count: int; scene: Any
-    _fields_ = [
-        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("means", c_void_p),
-        ("scales", c_void_p), ("rotations", c_void_p), ("opacities", c_void_p), ("sh", c_void_p),
-        ("colors", c_void_p), ("active_tiles", c_void_p), ("active_tile_count", c_size_t), ("view_ranges", c_void_p),
-        ("view_range_count", c_size_t), ("scene", c_void_p),
-    ]
-
-
-class splat_gradients_desc(Structure):
-    struct_size: int; flags: int; next: Any; grad_rgb: Any; grad_alpha: Any; grad_depth: Any; grad_means: Any
-    grad_scales: Any; grad_rotations: Any; grad_opacities: Any; grad_sh: Any; grad_colors: Any; grad_means2d: Any
-    grad_means2d_abs: Any; grad_world_to_camera: Any; grad_intrinsics: Any; contributions: Any
-    _fields_ = [
-        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("grad_rgb", c_void_p),
-        ("grad_alpha", c_void_p), ("grad_depth", c_void_p), ("grad_means", c_void_p), ("grad_scales", c_void_p),
-        ("grad_rotations", c_void_p), ("grad_opacities", c_void_p), ("grad_sh", c_void_p), ("grad_colors", c_void_p),
-        ("grad_means2d", c_void_p), ("grad_means2d_abs", c_void_p), ("grad_world_to_camera", c_void_p),
-        ("grad_intrinsics", c_void_p), ("contributions", c_void_p),
-    ]
-
-
-class splat_rasterizer_info(Structure):
-    struct_size: int; passes: int; visible: int; pairs: int; longest: int; tiles: int; empty_tiles: int; bytes: int
-    runs: int; gaussians: int; views: int; items: int; culled: int; non_finite: int
-    _fields_ = [
-        ("struct_size", c_uint32), ("passes", c_uint32), ("visible", c_uint64), ("pairs", c_uint64),
-        ("longest", c_uint64), ("tiles", c_uint64), ("empty_tiles", c_uint64), ("bytes", c_uint64),
-        ("runs", c_uint32), ("gaussians", c_uint32), ("views", c_uint32), ("items", c_uint32), ("culled", c_uint64),
-        ("non_finite", c_uint64),
-    ]
-
-
-class splat_scene_render_desc(Structure):
-    struct_size: int; flags: int; next: Any; output: int; convention: int; background: Any; as_given: int
-    _fields_ = [
-        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("output", c_int32),
-        ("convention", c_int32), ("background", c_float * 3), ("as_given", c_uint32),
-    ]
-
-
-class splat_image_info(Structure):
-    struct_size: int; bits: int; focal: float
-    _fields_ = [
-        ("struct_size", c_uint32), ("bits", c_uint32), ("focal", c_double),
-    ]
-
-
-class splat_image_scores(Structure):
-    struct_size: int; reserved: int; squared_error: float; psnr: float; ssim: float
-    _fields_ = [
-        ("struct_size", c_uint32), ("reserved", c_uint32), ("squared_error", c_double), ("psnr", c_double),
-        ("ssim", c_double),
-    ]
-
-
-class splat_lpips_desc(Structure):
-    struct_size: int; flags: int; next: Any; weights: Any; weight_count: int; side: int
-    _fields_ = [
-        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("weights", POINTER(c_void_p)),
-        ("weight_count", c_uint32), ("side", c_uint32),
-    ]
-
-
-class splat_group(Structure):
-    struct_size: int; rank: int; count: int; reserved: int; user: Any; send_receive: Any; broadcast: Any
-    barrier: Any; sum: Any; describe: Any
-    _fields_ = [
-        ("struct_size", c_uint32), ("rank", c_uint32), ("count", c_uint32), ("reserved", c_uint32),
-        ("user", c_void_p), ("send_receive", splat_group_send_receive), ("broadcast", splat_group_broadcast),
-        ("barrier", splat_group_barrier), ("sum", splat_group_sum), ("describe", splat_group_describe),
     ]
 
 
@@ -1923,6 +1924,78 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("reserved", 4, 4), ("cameras", 8, 8), ("camera_bytes", 16, 8), ("images", 24, 8),
         ("image_bytes", 32, 8),
     )),
+    "splat_rasterizer_desc": (splat_rasterizer_desc, False, 56, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("gaussians", 16, 4), ("views", 20, 4),
+        ("width", 24, 4), ("height", 28, 4), ("sh_degree", 32, 4), ("disabled_skips", 36, 4), ("convention", 40, 4),
+        ("near_plane", 44, 4), ("far_plane", 48, 4), ("items", 52, 4),
+    )),
+    "splat_gaussians_desc": (splat_gaussians_desc, False, 104, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("means", 16, 8), ("scales", 24, 8),
+        ("rotations", 32, 8), ("opacities", 40, 8), ("sh", 48, 8), ("colors", 56, 8), ("active_tiles", 64, 8),
+        ("active_tile_count", 72, 8), ("view_ranges", 80, 8), ("view_range_count", 88, 8), ("scene", 96, 8),
+    )),
+    "splat_gradients_desc": (splat_gradients_desc, False, 128, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("grad_rgb", 16, 8), ("grad_alpha", 24, 8),
+        ("grad_depth", 32, 8), ("grad_means", 40, 8), ("grad_scales", 48, 8), ("grad_rotations", 56, 8),
+        ("grad_opacities", 64, 8), ("grad_sh", 72, 8), ("grad_colors", 80, 8), ("grad_means2d", 88, 8),
+        ("grad_means2d_abs", 96, 8), ("grad_world_to_camera", 104, 8), ("grad_intrinsics", 112, 8),
+        ("contributions", 120, 8),
+    )),
+    "splat_rasterizer_info": (splat_rasterizer_info, False, 88, (
+        ("struct_size", 0, 4), ("passes", 4, 4), ("visible", 8, 8), ("pairs", 16, 8), ("longest", 24, 8),
+        ("tiles", 32, 8), ("empty_tiles", 40, 8), ("bytes", 48, 8), ("runs", 56, 4), ("gaussians", 60, 4),
+        ("views", 64, 4), ("items", 68, 4), ("culled", 72, 8), ("non_finite", 80, 8),
+    )),
+    "splat_scene_render_desc": (splat_scene_render_desc, False, 40, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("output", 16, 4), ("convention", 20, 4),
+        ("background", 24, 12), ("as_given", 36, 4),
+    )),
+    "splat_image_info": (splat_image_info, False, 16, (
+        ("struct_size", 0, 4), ("bits", 4, 4), ("focal", 8, 8),
+    )),
+    "splat_image_scores": (splat_image_scores, False, 32, (
+        ("struct_size", 0, 4), ("reserved", 4, 4), ("squared_error", 8, 8), ("psnr", 16, 8), ("ssim", 24, 8),
+    )),
+    "splat_lpips_desc": (splat_lpips_desc, False, 32, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("weights", 16, 8), ("weight_count", 24, 4),
+        ("side", 28, 4),
+    )),
+    "splat_picture_source": (splat_picture_source, True, 64, (
+        ("path", 0, 8), ("pixels", 8, 56),
+    )),
+    "splat_picture": (splat_picture, True, 440, (
+        ("image", 0, 64), ("mask", 64, 64), ("depth", 128, 64), ("normal", 192, 64), ("flags", 256, 4),
+        ("foreground", 260, 4), ("focal", 264, 8), ("origin_distance", 272, 8), ("world_to_camera", 280, 128),
+        ("embedding", 408, 8), ("embedding_count", 416, 8), ("tokens", 424, 8), ("token_count", 432, 8),
+    )),
+    "splat_picture_info": (splat_picture_info, True, 56, (
+        ("width", 0, 4), ("height", 4, 4), ("found", 8, 4), ("warnings", 12, 4), ("square", 16, 24),
+        ("focal", 40, 8), ("fov_degrees", 48, 8),
+    )),
+    "splat_picture_cut_desc": (splat_picture_cut_desc, False, 256, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("resolution", 16, 4), ("background", 20, 12),
+        ("image", 32, 56), ("mask", 88, 56), ("depth", 144, 56), ("normal", 200, 56),
+    )),
+    "splat_predictor_desc": (splat_predictor_desc, False, 72, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("weights_path", 16, 8), ("weights", 24, 8),
+        ("config", 32, 8), ("adapters_path", 40, 8), ("adapters", 48, 8), ("adapters_alpha", 56, 8),
+        ("aggregate", 64, 4), ("convention", 68, 4),
+    )),
+    "splat_predictor_info": (splat_predictor_info, False, 80, (
+        ("struct_size", 0, 4), ("views", 4, 4), ("resolution", 8, 4), ("channels", 12, 4), ("depth", 16, 4),
+        ("normal", 20, 4), ("mask", 24, 4), ("origin_distance", 28, 4), ("gaussians", 32, 8), ("sh_degree", 40, 4),
+        ("background", 44, 12), ("fov_degrees", 56, 8), ("category", 64, 8), ("whole", 72, 4), ("reserved", 76, 4),
+    )),
+    "splat_prediction": (splat_prediction, False, 96, (
+        ("struct_size", 0, 4), ("camera_capacity", 4, 4), ("cameras", 8, 8), ("pictures", 16, 8),
+        ("picture_capacity", 24, 4), ("camera_count", 28, 4), ("picture_count", 32, 4), ("reserved", 36, 4),
+        ("inputs", 40, 8), ("input_capacity", 48, 8), ("gaussians", 56, 8), ("not_finite", 64, 8), ("faint", 72, 8),
+        ("read_ms", 80, 8), ("network_ms", 88, 8),
+    )),
+    "splat_group": (splat_group, False, 64, (
+        ("struct_size", 0, 4), ("rank", 4, 4), ("count", 8, 4), ("reserved", 12, 4), ("user", 16, 8),
+        ("send_receive", 24, 8), ("broadcast", 32, 8), ("barrier", 40, 8), ("sum", 48, 8), ("describe", 56, 8),
+    )),
     "splat_weights_info": (splat_weights_info, False, 96, (
         ("struct_size", 0, 4), ("rank", 4, 4), ("dims", 8, 64), ("elements", 72, 8), ("name", 80, 8),
         ("dtype", 88, 8),
@@ -1965,77 +2038,6 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     "splat_module_desc": (splat_module_desc, False, 48, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("type", 16, 8), ("attributes", 24, 8),
         ("ports", 32, 8), ("port_count", 40, 4), ("precision", 44, 4),
-    )),
-    "splat_picture_source": (splat_picture_source, True, 64, (
-        ("path", 0, 8), ("pixels", 8, 56),
-    )),
-    "splat_picture": (splat_picture, True, 440, (
-        ("image", 0, 64), ("mask", 64, 64), ("depth", 128, 64), ("normal", 192, 64), ("flags", 256, 4),
-        ("foreground", 260, 4), ("focal", 264, 8), ("origin_distance", 272, 8), ("world_to_camera", 280, 128),
-        ("embedding", 408, 8), ("embedding_count", 416, 8), ("tokens", 424, 8), ("token_count", 432, 8),
-    )),
-    "splat_picture_info": (splat_picture_info, True, 56, (
-        ("width", 0, 4), ("height", 4, 4), ("found", 8, 4), ("warnings", 12, 4), ("square", 16, 24),
-        ("focal", 40, 8), ("fov_degrees", 48, 8),
-    )),
-    "splat_picture_cut_desc": (splat_picture_cut_desc, False, 256, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("resolution", 16, 4), ("background", 20, 12),
-        ("image", 32, 56), ("mask", 88, 56), ("depth", 144, 56), ("normal", 200, 56),
-    )),
-    "splat_predictor_desc": (splat_predictor_desc, False, 64, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("weights_path", 16, 8), ("weights", 24, 8),
-        ("config", 32, 8), ("adapters_path", 40, 8), ("adapters", 48, 8), ("adapters_alpha", 56, 8),
-    )),
-    "splat_predictor_info": (splat_predictor_info, False, 72, (
-        ("struct_size", 0, 4), ("views", 4, 4), ("resolution", 8, 4), ("channels", 12, 4), ("depth", 16, 4),
-        ("normal", 20, 4), ("mask", 24, 4), ("origin_distance", 28, 4), ("gaussians", 32, 8), ("sh_degree", 40, 4),
-        ("background", 44, 12), ("fov_degrees", 56, 8), ("category", 64, 8),
-    )),
-    "splat_prediction": (splat_prediction, False, 96, (
-        ("struct_size", 0, 4), ("camera_capacity", 4, 4), ("cameras", 8, 8), ("pictures", 16, 8),
-        ("picture_capacity", 24, 4), ("camera_count", 28, 4), ("picture_count", 32, 4), ("reserved", 36, 4),
-        ("inputs", 40, 8), ("input_capacity", 48, 8), ("gaussians", 56, 8), ("not_finite", 64, 8), ("faint", 72, 8),
-        ("read_ms", 80, 8), ("network_ms", 88, 8),
-    )),
-    "splat_rasterizer_desc": (splat_rasterizer_desc, False, 56, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("gaussians", 16, 4), ("views", 20, 4),
-        ("width", 24, 4), ("height", 28, 4), ("sh_degree", 32, 4), ("disabled_skips", 36, 4), ("convention", 40, 4),
-        ("near_plane", 44, 4), ("far_plane", 48, 4), ("items", 52, 4),
-    )),
-    "splat_gaussians_desc": (splat_gaussians_desc, False, 104, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("means", 16, 8), ("scales", 24, 8),
-        ("rotations", 32, 8), ("opacities", 40, 8), ("sh", 48, 8), ("colors", 56, 8), ("active_tiles", 64, 8),
-        ("active_tile_count", 72, 8), ("view_ranges", 80, 8), ("view_range_count", 88, 8), ("scene", 96, 8),
-    )),
-    "splat_gradients_desc": (splat_gradients_desc, False, 128, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("grad_rgb", 16, 8), ("grad_alpha", 24, 8),
-        ("grad_depth", 32, 8), ("grad_means", 40, 8), ("grad_scales", 48, 8), ("grad_rotations", 56, 8),
-        ("grad_opacities", 64, 8), ("grad_sh", 72, 8), ("grad_colors", 80, 8), ("grad_means2d", 88, 8),
-        ("grad_means2d_abs", 96, 8), ("grad_world_to_camera", 104, 8), ("grad_intrinsics", 112, 8),
-        ("contributions", 120, 8),
-    )),
-    "splat_rasterizer_info": (splat_rasterizer_info, False, 88, (
-        ("struct_size", 0, 4), ("passes", 4, 4), ("visible", 8, 8), ("pairs", 16, 8), ("longest", 24, 8),
-        ("tiles", 32, 8), ("empty_tiles", 40, 8), ("bytes", 48, 8), ("runs", 56, 4), ("gaussians", 60, 4),
-        ("views", 64, 4), ("items", 68, 4), ("culled", 72, 8), ("non_finite", 80, 8),
-    )),
-    "splat_scene_render_desc": (splat_scene_render_desc, False, 40, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("output", 16, 4), ("convention", 20, 4),
-        ("background", 24, 12), ("as_given", 36, 4),
-    )),
-    "splat_image_info": (splat_image_info, False, 16, (
-        ("struct_size", 0, 4), ("bits", 4, 4), ("focal", 8, 8),
-    )),
-    "splat_image_scores": (splat_image_scores, False, 32, (
-        ("struct_size", 0, 4), ("reserved", 4, 4), ("squared_error", 8, 8), ("psnr", 16, 8), ("ssim", 24, 8),
-    )),
-    "splat_lpips_desc": (splat_lpips_desc, False, 32, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("weights", 16, 8), ("weight_count", 24, 4),
-        ("side", 28, 4),
-    )),
-    "splat_group": (splat_group, False, 64, (
-        ("struct_size", 0, 4), ("rank", 4, 4), ("count", 8, 4), ("reserved", 12, 4), ("user", 16, 8),
-        ("send_receive", 24, 8), ("broadcast", 32, 8), ("barrier", 40, 8), ("sum", 48, 8), ("describe", 56, 8),
     )),
     "splat_number": (splat_number, True, 16, (
         ("name", 0, 8), ("value", 8, 8),
@@ -2288,6 +2290,45 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_camera_save", c_int32, (c_char_p, POINTER(splat_camera), POINTER(c_char_p), c_uint32)),
     ("splat_camera_save_memory", c_int32, (POINTER(splat_camera), POINTER(c_char_p), c_uint32, c_void_p, c_size_t,
         POINTER(c_size_t))),
+    ("splat_rasterizer_create", c_int32, (c_void_p, POINTER(splat_rasterizer_desc), POINTER(c_void_p))),
+    ("splat_raster_state_create", c_int32, (c_void_p, POINTER(c_void_p))),
+    ("splat_raster_state_destroy", c_int32, (c_void_p,)),
+    ("splat_rasterizer_forward_scene", c_int32, (c_void_p, c_void_p, c_void_p, POINTER(splat_camera), c_uint32,
+        c_void_p)),
+    ("splat_rasterizer_forward", c_int32, (c_void_p, c_void_p, POINTER(splat_gaussians_desc), POINTER(splat_camera),
+        c_uint32, c_void_p)),
+    ("splat_rasterizer_output", c_int32, (c_void_p, c_void_p, c_int32, c_void_p)),
+    ("splat_rasterizer_read", c_int32, (c_void_p, c_void_p, c_int32, c_void_p, c_size_t)),
+    ("splat_rasterizer_read_images", c_int32, (c_void_p, c_void_p, c_int32, c_uint32, POINTER(splat_image),
+        c_uint32)),
+    ("splat_rasterizer_backward", c_int32, (c_void_p, c_void_p, POINTER(splat_gradients_desc))),
+    ("splat_rasterizer_get_info", c_int32, (c_void_p, c_void_p, POINTER(splat_rasterizer_info))),
+    ("splat_rasterizer_destroy", c_int32, (c_void_p,)),
+    ("splat_scene_render", c_int32, (c_void_p, c_void_p, POINTER(splat_camera), c_uint32,
+        POINTER(splat_scene_render_desc), POINTER(splat_image))),
+    ("splat_image_load", c_int32, (c_char_p, POINTER(splat_image), POINTER(splat_image_info))),
+    ("splat_image_load_memory", c_int32, (c_void_p, c_size_t, POINTER(splat_image), POINTER(splat_image_info))),
+    ("splat_image_save", c_int32, (c_char_p, POINTER(splat_image))),
+    ("splat_image_save_memory", c_int32, (POINTER(splat_image), c_int32, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_image_save_animation", c_int32, (c_char_p, POINTER(splat_image), c_uint32, c_uint32)),
+    ("splat_image_save_animation_memory", c_int32, (POINTER(splat_image), c_uint32, c_uint32, c_int32, c_void_p,
+        c_size_t, POINTER(c_size_t))),
+    ("splat_image_compare", c_int32, (POINTER(splat_image), POINTER(splat_image), POINTER(splat_image_scores))),
+    ("splat_lpips_create", c_int32, (c_void_p, POINTER(splat_lpips_desc), POINTER(c_void_p))),
+    ("splat_lpips_compare", c_int32, (c_void_p, POINTER(splat_image), POINTER(splat_image), POINTER(c_double))),
+    ("splat_lpips_destroy", c_int32, (c_void_p,)),
+    ("splat_picture_cut", c_int32, (POINTER(splat_picture), POINTER(splat_picture_cut_desc),
+        POINTER(splat_picture_info))),
+    ("splat_builtin_weights", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_predictor_create", c_int32, (c_void_p, POINTER(splat_predictor_desc), POINTER(c_void_p))),
+    ("splat_predictor_get_info", c_int32, (c_void_p, POINTER(splat_predictor_info))),
+    ("splat_predictor_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_predictor_predict", c_int32, (c_void_p, POINTER(splat_picture), c_uint32, POINTER(c_void_p),
+        POINTER(splat_prediction))),
+    ("splat_predictor_predict_object", c_int32, (c_void_p, c_void_p, c_uint32, c_void_p, c_uint32, POINTER(c_void_p),
+        POINTER(splat_prediction))),
+    ("splat_prediction_report", c_int32, (POINTER(splat_prediction), c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_predictor_destroy", c_int32, (c_void_p,)),
     ("splat_weights_load", c_int32, (c_char_p, c_uint32, POINTER(c_void_p))),
     ("splat_weights_load_memory", c_int32, (c_void_p, c_size_t, POINTER(c_void_p))),
     ("splat_weights_from_arrays", c_int32, (POINTER(splat_named_array), c_uint64, POINTER(c_void_p))),
@@ -2332,45 +2373,6 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_module_backward", c_int32, (c_void_p,)),
     ("splat_module_zero_gradients", c_int32, (c_void_p,)),
     ("splat_module_destroy", c_int32, (c_void_p,)),
-    ("splat_picture_cut", c_int32, (POINTER(splat_picture), POINTER(splat_picture_cut_desc),
-        POINTER(splat_picture_info))),
-    ("splat_builtin_weights", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t))),
-    ("splat_predictor_create", c_int32, (c_void_p, POINTER(splat_predictor_desc), POINTER(c_void_p))),
-    ("splat_predictor_get_info", c_int32, (c_void_p, POINTER(splat_predictor_info))),
-    ("splat_predictor_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
-    ("splat_predictor_predict", c_int32, (c_void_p, POINTER(splat_picture), c_uint32, POINTER(c_void_p),
-        POINTER(splat_prediction))),
-    ("splat_predictor_predict_object", c_int32, (c_void_p, c_void_p, c_uint32, c_void_p, c_uint32, POINTER(c_void_p),
-        POINTER(splat_prediction))),
-    ("splat_prediction_report", c_int32, (POINTER(splat_prediction), c_void_p, c_size_t, POINTER(c_size_t))),
-    ("splat_predictor_destroy", c_int32, (c_void_p,)),
-    ("splat_rasterizer_create", c_int32, (c_void_p, POINTER(splat_rasterizer_desc), POINTER(c_void_p))),
-    ("splat_raster_state_create", c_int32, (c_void_p, POINTER(c_void_p))),
-    ("splat_raster_state_destroy", c_int32, (c_void_p,)),
-    ("splat_rasterizer_forward_scene", c_int32, (c_void_p, c_void_p, c_void_p, POINTER(splat_camera), c_uint32,
-        c_void_p)),
-    ("splat_rasterizer_forward", c_int32, (c_void_p, c_void_p, POINTER(splat_gaussians_desc), POINTER(splat_camera),
-        c_uint32, c_void_p)),
-    ("splat_rasterizer_output", c_int32, (c_void_p, c_void_p, c_int32, c_void_p)),
-    ("splat_rasterizer_read", c_int32, (c_void_p, c_void_p, c_int32, c_void_p, c_size_t)),
-    ("splat_rasterizer_read_images", c_int32, (c_void_p, c_void_p, c_int32, c_uint32, POINTER(splat_image),
-        c_uint32)),
-    ("splat_rasterizer_backward", c_int32, (c_void_p, c_void_p, POINTER(splat_gradients_desc))),
-    ("splat_rasterizer_get_info", c_int32, (c_void_p, c_void_p, POINTER(splat_rasterizer_info))),
-    ("splat_rasterizer_destroy", c_int32, (c_void_p,)),
-    ("splat_scene_render", c_int32, (c_void_p, c_void_p, POINTER(splat_camera), c_uint32,
-        POINTER(splat_scene_render_desc), POINTER(splat_image))),
-    ("splat_image_load", c_int32, (c_char_p, POINTER(splat_image), POINTER(splat_image_info))),
-    ("splat_image_load_memory", c_int32, (c_void_p, c_size_t, POINTER(splat_image), POINTER(splat_image_info))),
-    ("splat_image_save", c_int32, (c_char_p, POINTER(splat_image))),
-    ("splat_image_save_memory", c_int32, (POINTER(splat_image), c_int32, c_void_p, c_size_t, POINTER(c_size_t))),
-    ("splat_image_save_animation", c_int32, (c_char_p, POINTER(splat_image), c_uint32, c_uint32)),
-    ("splat_image_save_animation_memory", c_int32, (POINTER(splat_image), c_uint32, c_uint32, c_int32, c_void_p,
-        c_size_t, POINTER(c_size_t))),
-    ("splat_image_compare", c_int32, (POINTER(splat_image), POINTER(splat_image), POINTER(splat_image_scores))),
-    ("splat_lpips_create", c_int32, (c_void_p, POINTER(splat_lpips_desc), POINTER(c_void_p))),
-    ("splat_lpips_compare", c_int32, (c_void_p, POINTER(splat_image), POINTER(splat_image), POINTER(c_double))),
-    ("splat_lpips_destroy", c_int32, (c_void_p,)),
     ("splat_run_next", c_int32, (c_void_p, POINTER(splat_run_event))),
     ("splat_run_interrupt", c_int32, (c_void_p,)),
     ("splat_run_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),

@@ -220,124 +220,6 @@ class SceneInfo(Record):
 
 
 @dataclass(frozen=True)
-class WeightsInfo(Record):
-    """What a tensor of weights is.
-
-    rank      number of dimensions
-    shape     elements, outermost first; a 0 means none
-    elements  number of all elements
-    name      name of the tensor
-    dtype     type in the file: 'float32', 'int64', ...; read as float32
-    """
-
-    rank: int
-    shape: Tuple[int, ...]
-    elements: int
-    name: str
-    dtype: str
-
-
-@dataclass(frozen=True)
-class ModelInfo(Record):
-    """What a model was made for, and what its latest pass gave.
-
-    flags             what it was created with, bits of `ModelFlags`
-    objects           objects per batch
-    views             input images of an object
-    resolution        R: images have R x R pixels
-    channels          channels of the images that a pass takes
-    image_channels    channels of 'images': no plane of origin distances
-    output_channels   channels of 'raw'
-    gaussians         M: Gaussians of an object
-    sh_degree         degree of the spherical harmonics; K = (sh_degree + 1)^2
-    embedding_length  length of a custom embedding; 0: none
-    token_dim         numbers of a token; 0: none
-    tokens            tokens of an image; 0: none
-    slices            passes of a batch
-    fov               field of view, degrees; 0: each image has its focal lengths
-    parameters        numbers of all parameters
-    trainable         numbers of parameters that a training changes
-    predicted         Gaussians of the latest pass, over all objects; 0 before the first
-    non_finite        numbers of 'raw' and of their attributes that are NaN or infinite
-    faint             Gaussians of an opacity below 1/255, which no pixel shows
-    """
-
-    flags: _native.ModelFlags
-    objects: int
-    views: int
-    resolution: int
-    channels: int
-    image_channels: int
-    output_channels: int
-    gaussians: int
-    sh_degree: int
-    embedding_length: int
-    token_dim: int
-    tokens: int
-    slices: int
-    fov: float
-    parameters: int
-    trainable: int
-    predicted: int
-    non_finite: int
-    faint: int
-
-
-@dataclass(frozen=True)
-class PictureInfo(Record):
-    """What became of a picture.
-
-    width        width of the picture, pixels
-    height       height of the picture, pixels
-    found        how the object was found
-    warnings     bits of `PictureWarningFlags`
-    square       left, top and side of what was cut out, pixels of the picture
-    focal        focal length, pixels of the picture; 0: not known
-    fov_degrees  field of view of the square; 0: not known
-    """
-
-    width: int
-    height: int
-    found: _native.Found
-    warnings: _native.PictureWarningFlags
-    square: Tuple[float, ...]
-    focal: float
-    fov_degrees: float
-
-
-@dataclass(frozen=True)
-class PredictorInfo(Record):
-    """What a predictor takes and gives, for what its weights were trained.
-
-    views            pictures of one prediction
-    resolution       R: the network sees squares of R x R pixels
-    channels         channels of the network's input
-    depth            True: it takes a depth map
-    normal           True: it takes a normal map
-    mask             True: it takes the object's mask, which is always found
-    origin_distance  True: it takes the distance of the object's origin
-    gaussians        views * R * R Gaussians; a scene gets the visible ones
-    sh_degree        degree of the spherical harmonics, 0 to 3
-    background       colour behind the object, 0 to 1
-    fov_degrees      across the square; 0: each view has a focal length of its own
-    category         data.category, may be empty
-    """
-
-    views: int
-    resolution: int
-    channels: int
-    depth: bool
-    normal: bool
-    mask: bool
-    origin_distance: bool
-    gaussians: int
-    sh_degree: int
-    background: Tuple[float, ...]
-    fov_degrees: float
-    category: str
-
-
-@dataclass(frozen=True)
 class RasterizerInfo(Record):
     """What the last forward call of a state did.
 
@@ -399,6 +281,128 @@ class ImageScores(Record):
     squared_error: float
     psnr: float
     ssim: float
+
+
+@dataclass(frozen=True)
+class PictureInfo(Record):
+    """What became of a picture.
+
+    width        width of the picture, pixels
+    height       height of the picture, pixels
+    found        how the object was found
+    warnings     bits of `PictureWarningFlags`
+    square       left, top and side of what was cut out, pixels of the picture
+    focal        focal length, pixels of the picture; 0: not known
+    fov_degrees  field of view of the square; 0: not known
+    """
+
+    width: int
+    height: int
+    found: _native.Found
+    warnings: _native.PictureWarningFlags
+    square: Tuple[float, ...]
+    focal: float
+    fov_degrees: float
+
+
+@dataclass(frozen=True)
+class PredictorInfo(Record):
+    """What a predictor takes and gives, for what its weights were trained.
+
+    views            pictures of one prediction
+    resolution       R: the network sees squares of R x R pixels
+    channels         channels of the network's input
+    depth            True: it takes a depth map, for the network or for its head
+    normal           True: it takes a normal map
+    mask             True: it takes the object's mask, which is always found
+    origin_distance  True: it takes the distance of the object's origin
+    gaussians        views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible ones
+    sh_degree        degree of the spherical harmonics, 0 to 3
+    background       colour behind the object, 0 to 1
+    fov_degrees      across the square; 0: each view has a focal length of its own
+    category         data.category, may be empty
+    whole            True: it takes pictures whole, as if `PictureFlags.WHOLE` were set, over the background only
+                     where a mask or an alpha is given: its head takes the depth of each pixel, of a map in the
+                     proportion of the image
+    """
+
+    views: int
+    resolution: int
+    channels: int
+    depth: bool
+    normal: bool
+    mask: bool
+    origin_distance: bool
+    gaussians: int
+    sh_degree: int
+    background: Tuple[float, ...]
+    fov_degrees: float
+    category: str
+    whole: bool
+
+
+@dataclass(frozen=True)
+class WeightsInfo(Record):
+    """What a tensor of weights is.
+
+    rank      number of dimensions
+    shape     elements, outermost first; a 0 means none
+    elements  number of all elements
+    name      name of the tensor
+    dtype     type in the file: 'float32', 'int64', ...; read as float32
+    """
+
+    rank: int
+    shape: Tuple[int, ...]
+    elements: int
+    name: str
+    dtype: str
+
+
+@dataclass(frozen=True)
+class ModelInfo(Record):
+    """What a model was made for, and what its latest pass gave.
+
+    flags             what it was created with, bits of `ModelFlags`
+    objects           objects per batch
+    views             input images of an object
+    resolution        R: images have R x R pixels
+    channels          channels of the images that a pass takes
+    image_channels    channels of 'images': no plane of origin distances, nor of depths in scene units
+    output_channels   channels of 'raw'
+    gaussians         M: Gaussians of an object
+    sh_degree         degree of the spherical harmonics; K = (sh_degree + 1)^2
+    embedding_length  length of a custom embedding; 0: none
+    token_dim         numbers of a token; 0: none
+    tokens            tokens of an image; 0: none
+    slices            passes of a batch
+    fov               field of view, degrees; 0: each image has its focal lengths
+    parameters        numbers of all parameters
+    trainable         numbers of parameters that a training changes
+    predicted         Gaussians of the latest pass, over all objects; 0 before the first
+    non_finite        numbers of 'raw' and of their attributes that are NaN or infinite
+    faint             Gaussians of an opacity below 1/255, which no pixel shows
+    """
+
+    flags: _native.ModelFlags
+    objects: int
+    views: int
+    resolution: int
+    channels: int
+    image_channels: int
+    output_channels: int
+    gaussians: int
+    sh_degree: int
+    embedding_length: int
+    token_dim: int
+    tokens: int
+    slices: int
+    fov: float
+    parameters: int
+    trainable: int
+    predicted: int
+    non_finite: int
+    faint: int
 
 
 @dataclass(frozen=True)

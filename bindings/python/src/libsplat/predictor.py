@@ -14,7 +14,7 @@ from ._errors import check, direct
 from ._handle import Handle, made
 from ._library import lib
 from ._records import PictureInfo, PredictorInfo
-from ._text import PathLike, json_from, json_of, path_of
+from ._text import PathLike, choice, json_from, json_of, path_of
 from .camera import Camera
 from .dataset import Dataset, view_numbers
 from .device import Device, default_device, whole
@@ -61,6 +61,9 @@ class Predictor(Handle):
     config    text (JSON or YAML) or a dict; None: the file beside the weights
     adapters  a path, or `Weights`, of low-rank adapters, which are folded in with `alpha`, 0: that
               of their metadata
+    aggregate   0, or 2 to 64: predictions from so many drawn views are joined, as those of F3D-Gaus
+                from 8
+    convention  how these views are drawn; None: "3dgs"
     What is doubtful, of the weights here or of a picture in `predict`, is a UserWarning.
     Raises NotFound (a file), ShapeMismatch or FormatError (weights that do not fit).
     """
@@ -71,7 +74,9 @@ class Predictor(Handle):
     def __init__(self, device: Optional[Device] = None,
                  weights: Union[None, PathLike, Weights] = None, *,
                  config: Union[None, str, "dict[str, Any]"] = None,
-                 adapters: Union[None, PathLike, Weights] = None, alpha: float = 0.0) -> None:
+                 adapters: Union[None, PathLike, Weights] = None, alpha: float = 0.0,
+                 aggregate: int = 0,
+                 convention: Union[None, int, _native.ConventionName] = None) -> None:
         device = default_device() if device is None else device
         desc = _native.splat_predictor_desc(struct_size=sizeof(_native.splat_predictor_desc))
         if isinstance(weights, Weights):
@@ -83,6 +88,8 @@ class Predictor(Handle):
         else:
             desc.adapters_path = path_of(adapters, "adapters")
         desc.config, desc.adapters_alpha = json_of(config, "config"), alpha
+        desc.aggregate = whole(aggregate, "aggregate")
+        desc.convention = choice(_native.Convention, convention, "convention")
         self._own(made("predictor", direct, lib.splat_predictor_create, device.handle, byref(desc)),
                   device)
         self._scoring = threading.RLock()  # the library wants one of its evaluators at a time

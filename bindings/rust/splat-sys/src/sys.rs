@@ -143,76 +143,6 @@ pub const SPLAT_FILTER_FINITE: u32 = 1;
 /// read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them
 pub const SPLAT_CAMERA_IGNORE_DISTORTION: u32 = 1;
 
-/** to write: float16 */ pub const SPLAT_WEIGHTS_HALF: u32 = 1;
-/** to load: copy all values, and leave no file open */ pub const SPLAT_WEIGHTS_COPY: u32 = 2;
-
-/** A format of files of weights. */ pub type splat_weights_format = i32;
-/** numbers, names and metadata, without code */ pub const SPLAT_WEIGHTS_SAFETENSORS: splat_weights_format = 1;
-/** arrays of NumPy */ pub const SPLAT_WEIGHTS_NPZ: splat_weights_format = 2;
-/** a checkpoint of PyTorch */ pub const SPLAT_WEIGHTS_PTH: splat_weights_format = 3;
-
-/** undo: take folded adapters out of weights */ pub const SPLAT_FOLD_OUT: u32 = 1;
-
-/** add gradients of parameters to what the tensors hold */ pub const SPLAT_OP_ACCUMULATE: u32 = 1;
-
-/// Kernels of 3x3 convolutions, which `vkrun bench model --errors` compares: STRICT has the smallest errors, FAST the
-/// shortest times. The attribute "precision" of conv2d has the same numbers.
-pub type splat_precision = i32;
-/** the smallest errors */ pub const SPLAT_PRECISION_STRICT: splat_precision = 1;
-/** what 0 means, except in attributes of operators */ pub const SPLAT_PRECISION_BALANCED: splat_precision = 2;
-/** the shortest times */ pub const SPLAT_PRECISION_FAST: splat_precision = 3;
-
-/** Which of the named tensors of a model or a module. */ pub type splat_port_kind = i32;
-/** what a pass reads */ pub const SPLAT_PORT_KIND_INPUT: splat_port_kind = 1;
-/** what a pass computes */ pub const SPLAT_PORT_KIND_OUTPUT: splat_port_kind = 2;
-/** what is trained or loaded */ pub const SPLAT_PORT_KIND_PARAMETER: splat_port_kind = 3;
-
-/** an input with a default */ pub const SPLAT_PORT_OPTIONAL: u32 = 1;
-/** a parameter that is trained */ pub const SPLAT_PORT_TRAINABLE: u32 = 2;
-/** "grad:" and the name is its gradient */ pub const SPLAT_PORT_GRADIENT: u32 = 4;
-
-/** enable splat_model_backward: takes memory for gradients */ pub const SPLAT_MODEL_GRADIENTS: u32 = 1;
-/** apply dropout */ pub const SPLAT_MODEL_TRAINING: u32 = 2;
-/// prepare weights anew in every pass, which is slower; else, without gradients, the second pass keeps them prepared
-/// (0.7 GiB for the cars model) if the device has the memory
-pub const SPLAT_MODEL_LOW_MEMORY: u32 = 4;
-/// with GRADIENTS: recompute each block's activations in the backward pass instead of keeping them: the same numbers
-/// in less memory and more time
-pub const SPLAT_MODEL_RECOMPUTE: u32 = 8;
-/** with GRADIENTS: also of images, embedding and tokens */ pub const SPLAT_MODEL_INPUT_GRADIENTS: u32 = 16;
-
-/** widen the first convolution; ignore tensors the model lacks */ pub const SPLAT_LOAD_GRAFT: u32 = 1;
-/** use the file's field of view */ pub const SPLAT_LOAD_TAKE_RAYS: u32 = 2;
-/** the file's network had a depth channel; for GRAFT */ pub const SPLAT_LOAD_FROM_DEPTH: u32 = 4;
-/** the file's network had channels of normals; for GRAFT */ pub const SPLAT_LOAD_FROM_NORMAL: u32 = 8;
-/** the file's network had a mask channel; for GRAFT */ pub const SPLAT_LOAD_FROM_MASK: u32 = 16;
-/** the file has only adapters; other parameters stay */ pub const SPLAT_LOAD_ADAPTERS: u32 = 32;
-
-/** What is exported of a model. */ pub type splat_export = i32;
-/// only adapters, with PEFT's names and shapes: for each layer base_model.model.\<layer\>.lora_A.weight and
-/// .lora_B.weight
-pub const SPLAT_EXPORT_ADAPTERS: splat_export = 1;
-/** the state dict with adapters folded into the weights */ pub const SPLAT_EXPORT_MERGED: splat_export = 2;
-
-/** in the tensors of splat_model_tensor, unchecked; no arrays */ pub const SPLAT_PASS_TENSORS: u32 = 1;
-
-/** enable splat_module_backward */ pub const SPLAT_MODULE_GRADIENTS: u32 = 1;
-/** with GRADIENTS: also of inputs */ pub const SPLAT_MODULE_INPUT_GRADIENTS: u32 = 2;
-/** dropout in a residual_block; an operator always applies it */ pub const SPLAT_MODULE_TRAINING: u32 = 4;
-
-/** use the largest centred square, not the object's */ pub const SPLAT_PICTURE_WHOLE: u32 = 1;
-
-/** How the object was found. */ pub type splat_found = i32;
-/** by the mask that was given */ pub const SPLAT_FOUND_BY_MASK: splat_found = 1;
-/** by an alpha that is not opaque everywhere */ pub const SPLAT_FOUND_BY_ALPHA: splat_found = 2;
-/** by what differs from the colour of the picture's border */ pub const SPLAT_FOUND_BY_BORDER: splat_found = 3;
-/** the whole picture counts as the object */ pub const SPLAT_FOUND_NOTHING: splat_found = 4;
-
-/** nothing was found in a picture that was to be cut out */ pub const SPLAT_PICTURE_NO_OBJECT: u32 = 1;
-/// the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
-pub const SPLAT_PICTURE_FIELD_OF_VIEW: u32 = 2;
-/** the object reaches the picture's border: a part is missing */ pub const SPLAT_PICTURE_AT_BORDER: u32 = 4;
-
 /** Whose rules a rasterizer follows where renderers differ. */ pub type splat_convention = i32;
 /// Kerbl et al. 2023: extents of 3 sigma, quaternions as given
 pub const SPLAT_CONVENTION_3DGS: splat_convention = 1;
@@ -279,6 +209,76 @@ pub const SPLAT_IMAGE_PNG: splat_image_format = 1;
 /// 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
 pub const SPLAT_IMAGE_PNG16: splat_image_format = 4;
 /** animations: 8 bits without loss; sides up to 16383 */ pub const SPLAT_IMAGE_WEBP: splat_image_format = 5;
+
+/** use the largest centred square, not the object's */ pub const SPLAT_PICTURE_WHOLE: u32 = 1;
+
+/** How the object was found. */ pub type splat_found = i32;
+/** by the mask that was given */ pub const SPLAT_FOUND_BY_MASK: splat_found = 1;
+/** by an alpha that is not opaque everywhere */ pub const SPLAT_FOUND_BY_ALPHA: splat_found = 2;
+/** by what differs from the colour of the picture's border */ pub const SPLAT_FOUND_BY_BORDER: splat_found = 3;
+/** the whole picture counts as the object */ pub const SPLAT_FOUND_NOTHING: splat_found = 4;
+
+/** nothing was found in a picture that was to be cut out */ pub const SPLAT_PICTURE_NO_OBJECT: u32 = 1;
+/// the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
+pub const SPLAT_PICTURE_FIELD_OF_VIEW: u32 = 2;
+/** the object reaches the picture's border: a part is missing */ pub const SPLAT_PICTURE_AT_BORDER: u32 = 4;
+
+/** to write: float16 */ pub const SPLAT_WEIGHTS_HALF: u32 = 1;
+/** to load: copy all values, and leave no file open */ pub const SPLAT_WEIGHTS_COPY: u32 = 2;
+
+/** A format of files of weights. */ pub type splat_weights_format = i32;
+/** numbers, names and metadata, without code */ pub const SPLAT_WEIGHTS_SAFETENSORS: splat_weights_format = 1;
+/** arrays of NumPy */ pub const SPLAT_WEIGHTS_NPZ: splat_weights_format = 2;
+/** a checkpoint of PyTorch */ pub const SPLAT_WEIGHTS_PTH: splat_weights_format = 3;
+
+/** undo: take folded adapters out of weights */ pub const SPLAT_FOLD_OUT: u32 = 1;
+
+/** add gradients of parameters to what the tensors hold */ pub const SPLAT_OP_ACCUMULATE: u32 = 1;
+
+/// Kernels of 3x3 convolutions, which `vkrun bench model --errors` compares: STRICT has the smallest errors, FAST the
+/// shortest times. The attribute "precision" of conv2d has the same numbers.
+pub type splat_precision = i32;
+/** the smallest errors */ pub const SPLAT_PRECISION_STRICT: splat_precision = 1;
+/** what 0 means, except in attributes of operators */ pub const SPLAT_PRECISION_BALANCED: splat_precision = 2;
+/** the shortest times */ pub const SPLAT_PRECISION_FAST: splat_precision = 3;
+
+/** Which of the named tensors of a model or a module. */ pub type splat_port_kind = i32;
+/** what a pass reads */ pub const SPLAT_PORT_KIND_INPUT: splat_port_kind = 1;
+/** what a pass computes */ pub const SPLAT_PORT_KIND_OUTPUT: splat_port_kind = 2;
+/** what is trained or loaded */ pub const SPLAT_PORT_KIND_PARAMETER: splat_port_kind = 3;
+
+/** an input with a default */ pub const SPLAT_PORT_OPTIONAL: u32 = 1;
+/** a parameter that is trained */ pub const SPLAT_PORT_TRAINABLE: u32 = 2;
+/** "grad:" and the name is its gradient */ pub const SPLAT_PORT_GRADIENT: u32 = 4;
+
+/** enable splat_model_backward: takes memory for gradients */ pub const SPLAT_MODEL_GRADIENTS: u32 = 1;
+/** apply dropout */ pub const SPLAT_MODEL_TRAINING: u32 = 2;
+/// prepare weights anew in every pass, which is slower; else, without gradients, the second pass keeps them prepared
+/// (0.7 GiB for the cars model) if the device has the memory
+pub const SPLAT_MODEL_LOW_MEMORY: u32 = 4;
+/// with GRADIENTS: recompute each block's activations in the backward pass instead of keeping them: the same numbers
+/// in less memory and more time
+pub const SPLAT_MODEL_RECOMPUTE: u32 = 8;
+/** with GRADIENTS: also of images, embedding and tokens */ pub const SPLAT_MODEL_INPUT_GRADIENTS: u32 = 16;
+
+/** widen the first convolution; ignore tensors the model lacks */ pub const SPLAT_LOAD_GRAFT: u32 = 1;
+/** use the file's field of view */ pub const SPLAT_LOAD_TAKE_RAYS: u32 = 2;
+/** the file's network had a depth channel; for GRAFT */ pub const SPLAT_LOAD_FROM_DEPTH: u32 = 4;
+/** the file's network had channels of normals; for GRAFT */ pub const SPLAT_LOAD_FROM_NORMAL: u32 = 8;
+/** the file's network had a mask channel; for GRAFT */ pub const SPLAT_LOAD_FROM_MASK: u32 = 16;
+/** the file has only adapters; other parameters stay */ pub const SPLAT_LOAD_ADAPTERS: u32 = 32;
+
+/** What is exported of a model. */ pub type splat_export = i32;
+/// only adapters, with PEFT's names and shapes: for each layer base_model.model.\<layer\>.lora_A.weight and
+/// .lora_B.weight
+pub const SPLAT_EXPORT_ADAPTERS: splat_export = 1;
+/** the state dict with adapters folded into the weights */ pub const SPLAT_EXPORT_MERGED: splat_export = 2;
+
+/** in the tensors of splat_model_tensor, unchecked; no arrays */ pub const SPLAT_PASS_TENSORS: u32 = 1;
+
+/** enable splat_module_backward */ pub const SPLAT_MODULE_GRADIENTS: u32 = 1;
+/** with GRADIENTS: also of inputs */ pub const SPLAT_MODULE_INPUT_GRADIENTS: u32 = 2;
+/** dropout in a residual_block; an operator always applies it */ pub const SPLAT_MODULE_TRAINING: u32 = 4;
 
 /** What a piece of a run did. */ pub type splat_run_event_kind = i32;
 /** only a text */ pub const SPLAT_EVENT_MESSAGE: splat_run_event_kind = 0;
@@ -939,263 +939,6 @@ pub struct splat_camera_bytes {
     pub image_bytes: usize,
 }
 
-/// What a tensor of weights is.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_weights_info {
-    pub struct_size: u32,
-    /** number of dimensions */ pub rank: u32,
-    /** elements, outermost first; a 0 means none */ pub dims: [i64; 8],
-    /** number of all elements */ pub elements: u64,
-    /** name of the tensor; lives, like dtype, as long as the weights */ pub name: *const c_char,
-    /** type in the file: "float32", "int64", ...; read as float32 */ pub dtype: *const c_char,
-}
-
-/// A tensor in the caller's memory, row-major. Frozen.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_named_array {
-    pub name: *const c_char,
-    pub values: *const f32,
-    /** floats: the product of dims, 1 for rank 0 */ pub value_count: u64,
-    /** outermost first; a 0 means no elements */ pub dims: [i64; 8],
-    pub rank: u32,
-    /** 0 */ pub reserved: u32,
-}
-
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_op_desc {
-    pub struct_size: u32,
-    /** SPLAT_OP_ bits */ pub flags: u32,
-    /** NULL */ pub next: *const c_void,
-    /** a name of splat_op_list */ pub type_: *const c_char,
-    /** JSON object; NULL = defaults */ pub attributes: *const c_char,
-    pub input_count: u32,
-    pub output_count: u32,
-    /** in the operator's order; an optional one may be NULL */ pub inputs: *const splat_tensor,
-    /** in the operator's order; an optional one may be NULL */ pub outputs: *const splat_tensor,
-    /** NULL for an operator without backward; else output_count tensors */ pub grad_outputs: *const splat_tensor,
-    /** input_count tensors; gradients of NULL entries are not computed */ pub grad_inputs: *const splat_tensor,
-}
-
-/// A named tensor of a model or a module. Frozen.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_port {
-    /** name of the tensor; the library's lives as long as the model or module */ pub name: *const c_char,
-    /** number of dimensions */ pub rank: u32,
-    /** SPLAT_PORT_ bits; 0 for a new module */ pub flags: u32,
-    /** elements, outermost first */ pub dims: [i64; 8],
-}
-
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_model_desc {
-    pub struct_size: u32,
-    /** SPLAT_MODEL_* */ pub flags: u32,
-    pub next: *const c_void,
-    /** text, JSON or YAML with the keys of Splatter Image; NULL: the cars model */ pub config: *const c_char,
-    /// objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch runs in
-    /// equal slices. A backward pass then repeats the forward pass of all slices but the last, and dropout differs
-    /// from that of an undivided batch
-    pub objects: u32,
-    /** 0: SPLAT_PRECISION_BALANCED */ pub precision: splat_precision,
-}
-
-/// What a model was made for, and what its latest pass gave.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_model_info {
-    pub struct_size: u32,
-    /** what it was created with, SPLAT_MODEL_ bits */ pub flags: u32,
-    /** objects per batch */ pub objects: u32,
-    /** input images of an object */ pub views: u32,
-    /** R: images have R x R pixels */ pub resolution: u32,
-    /** channels of the images that a pass takes */ pub channels: u32,
-    /** channels of "images": no plane of origin distances */ pub image_channels: u32,
-    /** channels of "raw" */ pub output_channels: u32,
-    /** M: Gaussians of an object */ pub gaussians: u32,
-    /** degree of the spherical harmonics; K = (sh_degree + 1)^2 */ pub sh_degree: u32,
-    /** length of a custom embedding; 0: none */ pub embedding_length: u32,
-    /** numbers of a token; 0: none */ pub token_dim: u32,
-    /** tokens of an image; 0: none */ pub tokens: u32,
-    /** passes of a batch */ pub slices: u32,
-    /** field of view, degrees; 0: each image has its focal lengths */ pub fov: f32,
-    pub reserved: u32,
-    /** numbers of all parameters */ pub parameters: u64,
-    /** numbers of parameters that a training changes */ pub trainable: u64,
-    /** Gaussians of the latest pass, over all objects; 0 before the first */ pub predicted: u64,
-    /** numbers of "raw" and of their attributes that are NaN or infinite */ pub non_finite: u64,
-    /** Gaussians of an opacity below 1/255, which no pixel shows */ pub faint: u64,
-}
-
-/// Counts are of numbers in the array beside them; 0: trusted.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_model_input {
-    pub struct_size: u32,
-    /** SPLAT_PASS_ bits */ pub flags: u32,
-    /** seed of dropout, used with step */ pub seed: u64,
-    /** the optimiser's step */ pub step: u32,
-    /** channels per image, checked against the configuration; 0: not checked */ pub channels: u32,
-    /** in the arrays, checked against the model's; 0: not checked */ pub objects: u32,
-    pub picture_count: u32,
-    /// images in the caller's layout, instead of `images`; the planes of an image may come from several pictures in
-    /// turn, such as RGB, then depth: N pictures or a multiple
-    pub pictures: *const splat_image,
-    /** \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance */ pub images: *const f32,
-    pub images_count: u64,
-    /** \[N,4,4\] row vectors: p_world = p_view M; NULL: the identity */ pub view_to_world: *const f32,
-    pub view_to_world_count: u64,
-    /** \[N,4\] w x y z of that rotation; NULL with view_to_world */ pub quaternions: *const f32,
-    pub quaternions_count: u64,
-    /** \[N,2\] pixels; NULL unless the configuration's fov is 0 */ pub focals: *const f32,
-    pub focals_count: u64,
-    /** \[N,length\] of a custom embedding, else NULL */ pub embedding: *const f32,
-    pub embedding_count: u64,
-    /** \[N,token_dim,tokens\], else NULL */ pub tokens: *const f32,
-    pub tokens_count: u64,
-}
-
-/// Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers; 0: trusted.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_model_gradients {
-    pub struct_size: u32,
-    /** SPLAT_PASS_ bits */ pub flags: u32,
-    pub means: *const f32,
-    pub means_count: u64,
-    pub opacities: *const f32,
-    pub opacities_count: u64,
-    pub scales: *const f32,
-    pub scales_count: u64,
-    pub rotations: *const f32,
-    pub rotations_count: u64,
-    pub sh: *const f32,
-    pub sh_count: u64,
-}
-
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_module_desc {
-    pub struct_size: u32,
-    /** SPLAT_MODULE_* */ pub flags: u32,
-    /** NULL */ pub next: *const c_void,
-    /** a name of splat_op_list, or "residual_block" */ pub type_: *const c_char,
-    /** JSON object; NULL: defaults */ pub attributes: *const c_char,
-    /** with name, rank, dims */ pub ports: *const splat_port,
-    pub port_count: u32,
-    /** only for residual_block; conv2d has an attribute */ pub precision: splat_precision,
-}
-
-/// A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are finite and from 0 to
-/// 1, within 1e-3. Depths of these types may have any range: the picture's least becomes 0, its greatest 1 (all 0 if
-/// they are equal). U8 and files are taken as they are.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_picture_source {
-    /** PNG, JPEG (turned as its Exif data says) or WebP; NULL: `pixels` */ pub path: *const c_char,
-    /** reduced to 8 bits, as files of 16 bits are */ pub pixels: splat_image,
-}
-
-/// One view of an object. Frozen.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_picture {
-    pub image: splat_picture_source,
-    /// the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its
-    /// border's colour, else all
-    pub mask: splat_picture_source,
-    /** where the network takes it; larger is nearer, at any scale */ pub depth: splat_picture_source,
-    /** where the network takes it; (normal + 1) / 2, camera's axes */ pub normal: splat_picture_source,
-    /** SPLAT_PICTURE_* */ pub flags: u32,
-    /// the object's longer side, as a part of the square's; 0: 0.65; 0 with SPLAT_PICTURE_WHOLE
-    pub foreground: f32,
-    /** pixels of the image; 0: by its Exif data, else not known */ pub focal: f64,
-    /** along the camera's axis, where the network takes it; else 0 */ pub origin_distance: f64,
-    /// like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole pictures; others
-    /// take none
-    pub world_to_camera: [f64; 16],
-    /** a custom embedding, or NULL */ pub embedding: *const f32,
-    /** numbers */ pub embedding_count: u64,
-    /** \[token_dim,tokens\] where the network takes them, or NULL */ pub tokens: *const f32,
-    /** numbers */ pub token_count: u64,
-}
-
-/// What became of a picture. Frozen.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_picture_info {
-    /** width of the picture, pixels */ pub width: u32,
-    /** height of the picture, pixels */ pub height: u32,
-    /** how the object was found */ pub found: splat_found,
-    /** SPLAT_PICTURE_* warnings */ pub warnings: u32,
-    /** left, top and side of what was cut out, pixels of the picture */ pub square: [f64; 3],
-    /** focal length, pixels of the picture; 0: not known */ pub focal: f64,
-    /** field of view of the square; 0: not known */ pub fov_degrees: f64,
-}
-
-/// Where splat_picture_cut writes: squares of `resolution` pixels. Those without pixels are not wanted.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_picture_cut_desc {
-    pub struct_size: u32,
-    /** 0 */ pub flags: u32,
-    /** NULL */ pub next: *const c_void,
-    pub resolution: u32,
-    /** behind the object, 0 to 1 */ pub background: [f32; 3],
-    /** 3 channels */ pub image: splat_image,
-    /** 1 channel, and so depth */ pub mask: splat_image,
-    /** needs the picture's map; 0 outside of the object */ pub depth: splat_image,
-    /** 3 channels; needs the picture's map; 0.5 outside of the object */ pub normal: splat_image,
-}
-
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_predictor_desc {
-    pub struct_size: u32,
-    /** 0 */ pub flags: u32,
-    /** NULL */ pub next: *const c_void,
-    /** a file, or a name, as of splat_weights_load */ pub weights_path: *const c_char,
-    /// used instead of reading the file, whose path then only names them; neither: those of
-    /// splat_builtin_weights(NULL)
-    pub weights: splat_weights,
-    /// text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json
-    /// or .yaml, else config.json or config.yaml in the weights' folder; else the one of splat_config_presets that
-    /// fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by the published name of the
-    /// file, such as model_cars.pth. "published" of splat_weights_report has {"fit": \[names\], "nearest",
-    /// "differences" (from that, if none fits), "sentence"}
-    pub config: *const c_char,
-    /** a file of low-rank adapters, which are folded in */ pub adapters_path: *const c_char,
-    /** adapters in memory; neither: only those among the weights */ pub adapters: splat_weights,
-    /** 0: lora_alpha of their metadata, else of the configuration */ pub adapters_alpha: f64,
-}
-
-/// What a predictor takes and gives, for what its weights were trained.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_predictor_info {
-    pub struct_size: u32,
-    /** pictures of one prediction */ pub views: u32,
-    /** R: the network sees squares of R x R pixels */ pub resolution: u32,
-    /** channels of the network's input */ pub channels: u32,
-    /** 1: it takes a depth map */ pub depth: u32,
-    /** 1: it takes a normal map */ pub normal: u32,
-    /** 1: it takes the object's mask, which is always found */ pub mask: u32,
-    /** 1: it takes the distance of the object's origin */ pub origin_distance: u32,
-    /** views * R * R Gaussians; a scene gets the visible ones */ pub gaussians: u64,
-    /** degree of the spherical harmonics, 0 to 3 */ pub sh_degree: u32,
-    /** colour behind the object, 0 to 1 */ pub background: [f32; 3],
-    /** across the square; 0: each view has a focal length of its own */ pub fov_degrees: f64,
-    /** data.category, may be empty; lives as long as the predictor */ pub category: *const c_char,
-}
-
-/// Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.
-#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct splat_prediction {
-    pub struct_size: u32,
-    pub camera_capacity: u32,
-    /** receives those of the views, relative to the first */ pub cameras: *mut splat_camera,
-    /** receives what became of each picture */ pub pictures: *mut splat_picture_info,
-    pub picture_capacity: u32,
-    /** out: all there are */ pub camera_count: u32,
-    /** out; 0 for an object of a data set */ pub picture_count: u32,
-    pub reserved: u32,
-    /** receives what the network sees, \[views,channels,R,R\] */ pub inputs: *mut f32,
-    /** numbers */ pub input_capacity: u64,
-    /** out, as what follows: of the scene */ pub gaussians: u64,
-    /** left out: numbers of theirs are not finite */ pub not_finite: u64,
-    /** left out: opacity below 1 / 255, which no image of 8 bits shows */ pub faint: u64,
-    /** to read and cut out the pictures */ pub read_ms: f64,
-    /** to run the network and read its Gaussians */ pub network_ms: f64,
-}
-
 /// What a rasterizer draws, and how.
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_rasterizer_desc {
@@ -1347,6 +1090,136 @@ pub struct splat_lpips_desc {
     /** pixels, both ways; \>= 16 */ pub side: u32,
 }
 
+/// A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are finite and from 0 to
+/// 1, within 1e-3. Depths of these types may have any range: the picture's least becomes 0, its greatest 1 (all 0 if
+/// they are equal). U8 and files are taken as they are.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_picture_source {
+    /** PNG, JPEG (turned as its Exif data says) or WebP; NULL: `pixels` */ pub path: *const c_char,
+    /** reduced to 8 bits, as files of 16 bits are */ pub pixels: splat_image,
+}
+
+/// One view of an object. Frozen.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_picture {
+    pub image: splat_picture_source,
+    /// the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its
+    /// border's colour, else all
+    pub mask: splat_picture_source,
+    /// where the network takes it; larger is nearer, or as model.head.depth_maps of the configuration says, at any
+    /// scale
+    pub depth: splat_picture_source,
+    /** where the network takes it; (normal + 1) / 2, camera's axes */ pub normal: splat_picture_source,
+    /** SPLAT_PICTURE_* */ pub flags: u32,
+    /// the object's longer side, as a part of the square's; 0: 0.65; 0 with SPLAT_PICTURE_WHOLE
+    pub foreground: f32,
+    /** pixels of the image; 0: by its Exif data, else not known */ pub focal: f64,
+    /** along the camera's axis, where the network takes it; else 0 */ pub origin_distance: f64,
+    /// like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole pictures; others
+    /// take none
+    pub world_to_camera: [f64; 16],
+    /** a custom embedding, or NULL */ pub embedding: *const f32,
+    /** numbers */ pub embedding_count: u64,
+    /** \[token_dim,tokens\] where the network takes them, or NULL */ pub tokens: *const f32,
+    /** numbers */ pub token_count: u64,
+}
+
+/// What became of a picture. Frozen.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_picture_info {
+    /** width of the picture, pixels */ pub width: u32,
+    /** height of the picture, pixels */ pub height: u32,
+    /** how the object was found */ pub found: splat_found,
+    /** SPLAT_PICTURE_* warnings */ pub warnings: u32,
+    /** left, top and side of what was cut out, pixels of the picture */ pub square: [f64; 3],
+    /** focal length, pixels of the picture; 0: not known */ pub focal: f64,
+    /** field of view of the square; 0: not known */ pub fov_degrees: f64,
+}
+
+/// Where splat_picture_cut writes: squares of `resolution` pixels. Those without pixels are not wanted.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_picture_cut_desc {
+    pub struct_size: u32,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    pub resolution: u32,
+    /** behind the object, 0 to 1 */ pub background: [f32; 3],
+    /** 3 channels */ pub image: splat_image,
+    /** 1 channel, and so depth */ pub mask: splat_image,
+    /** needs the picture's map; 0 outside of the object */ pub depth: splat_image,
+    /** 3 channels; needs the picture's map; 0.5 outside of the object */ pub normal: splat_image,
+}
+
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_predictor_desc {
+    pub struct_size: u32,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** a file, or a name, as of splat_weights_load */ pub weights_path: *const c_char,
+    /// used instead of reading the file, whose path then only names them; neither: those of
+    /// splat_builtin_weights(NULL)
+    pub weights: splat_weights,
+    /// text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json
+    /// or .yaml, else config.json or config.yaml in the weights' folder; else the one of splat_config_presets that
+    /// fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by the published name of the
+    /// file, such as model_cars.pth. "published" of splat_weights_report has {"fit": \[names\], "nearest",
+    /// "differences" (from that, if none fits), "sentence"}
+    pub config: *const c_char,
+    /** a file of low-rank adapters, which are folded in */ pub adapters_path: *const c_char,
+    /** adapters in memory; neither: only those among the weights */ pub adapters: splat_weights,
+    /** 0: lora_alpha of their metadata, else of the configuration */ pub adapters_alpha: f64,
+    /// 0, or 2 to 64: each prediction is drawn from so many further views around the object, each of these is
+    /// predicted, too, and all Gaussians are joined; F3D-Gaus has 8. For networks of one picture of colours and mask
+    /// whose head takes depths (model.head f3d)
+    pub aggregate: u32,
+    /** 0: SPLAT_CONVENTION_3DGS; how these views are drawn */ pub convention: splat_convention,
+}
+
+/// What a predictor takes and gives, for what its weights were trained.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_predictor_info {
+    pub struct_size: u32,
+    /** pictures of one prediction */ pub views: u32,
+    /** R: the network sees squares of R x R pixels */ pub resolution: u32,
+    /** channels of the network's input */ pub channels: u32,
+    /** 1: it takes a depth map, for the network or for its head */ pub depth: u32,
+    /** 1: it takes a normal map */ pub normal: u32,
+    /** 1: it takes the object's mask, which is always found */ pub mask: u32,
+    /** 1: it takes the distance of the object's origin */ pub origin_distance: u32,
+    /// views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible ones
+    pub gaussians: u64,
+    /** degree of the spherical harmonics, 0 to 3 */ pub sh_degree: u32,
+    /** colour behind the object, 0 to 1 */ pub background: [f32; 3],
+    /** across the square; 0: each view has a focal length of its own */ pub fov_degrees: f64,
+    /** data.category, may be empty; lives as long as the predictor */ pub category: *const c_char,
+    /// 1: it takes pictures whole, as if SPLAT_PICTURE_WHOLE were set, over the background only where a mask or an
+    /// alpha is given: its head takes the depth of each pixel, of a map in the proportion of the image
+    pub whole: u32,
+    /** 0 */ pub reserved: u32,
+}
+
+/// Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_prediction {
+    pub struct_size: u32,
+    pub camera_capacity: u32,
+    /** receives those of the views, relative to the first */ pub cameras: *mut splat_camera,
+    /** receives what became of each picture */ pub pictures: *mut splat_picture_info,
+    pub picture_capacity: u32,
+    /** out: all there are */ pub camera_count: u32,
+    /** out; 0 for an object of a data set */ pub picture_count: u32,
+    pub reserved: u32,
+    /** receives what the network sees, \[views,channels,R,R\] */ pub inputs: *mut f32,
+    /** numbers */ pub input_capacity: u64,
+    /** out, as what follows: of the scene */ pub gaussians: u64,
+    /** left out: numbers of theirs are not finite */ pub not_finite: u64,
+    /// left out: opacity below 1 / 255, which no image of 8 bits shows, or below the configuration's
+    /// model.head.opacity_threshold
+    pub faint: u64,
+    /** to read and cut out the pictures */ pub read_ms: f64,
+    /** to run the network and read its Gaussians */ pub network_ms: f64,
+}
+
 /// The ranks of a run, and how they reach each other. The struct is copied; functions and `user` must live until the
 /// run is destroyed.
 #[repr(C)] #[derive(Clone, Copy, Debug)]
@@ -1363,6 +1236,149 @@ pub struct splat_group {
     /// summed by it, and the facts of the run say that it cannot be reproduced
     pub sum: splat_group_sum,
     /** NULL: errors have the number alone */ pub describe: splat_group_describe,
+}
+
+/// What a tensor of weights is.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_weights_info {
+    pub struct_size: u32,
+    /** number of dimensions */ pub rank: u32,
+    /** elements, outermost first; a 0 means none */ pub dims: [i64; 8],
+    /** number of all elements */ pub elements: u64,
+    /** name of the tensor; lives, like dtype, as long as the weights */ pub name: *const c_char,
+    /** type in the file: "float32", "int64", ...; read as float32 */ pub dtype: *const c_char,
+}
+
+/// A tensor in the caller's memory, row-major. Frozen.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_named_array {
+    pub name: *const c_char,
+    pub values: *const f32,
+    /** floats: the product of dims, 1 for rank 0 */ pub value_count: u64,
+    /** outermost first; a 0 means no elements */ pub dims: [i64; 8],
+    pub rank: u32,
+    /** 0 */ pub reserved: u32,
+}
+
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_op_desc {
+    pub struct_size: u32,
+    /** SPLAT_OP_ bits */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** a name of splat_op_list */ pub type_: *const c_char,
+    /** JSON object; NULL = defaults */ pub attributes: *const c_char,
+    pub input_count: u32,
+    pub output_count: u32,
+    /** in the operator's order; an optional one may be NULL */ pub inputs: *const splat_tensor,
+    /** in the operator's order; an optional one may be NULL */ pub outputs: *const splat_tensor,
+    /** NULL for an operator without backward; else output_count tensors */ pub grad_outputs: *const splat_tensor,
+    /** input_count tensors; gradients of NULL entries are not computed */ pub grad_inputs: *const splat_tensor,
+}
+
+/// A named tensor of a model or a module. Frozen.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_port {
+    /** name of the tensor; the library's lives as long as the model or module */ pub name: *const c_char,
+    /** number of dimensions */ pub rank: u32,
+    /** SPLAT_PORT_ bits; 0 for a new module */ pub flags: u32,
+    /** elements, outermost first */ pub dims: [i64; 8],
+}
+
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_model_desc {
+    pub struct_size: u32,
+    /** SPLAT_MODEL_* */ pub flags: u32,
+    pub next: *const c_void,
+    /** text, JSON or YAML with the keys of Splatter Image; NULL: the cars model */ pub config: *const c_char,
+    /// objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch runs in
+    /// equal slices. A backward pass then repeats the forward pass of all slices but the last, and dropout differs
+    /// from that of an undivided batch
+    pub objects: u32,
+    /** 0: SPLAT_PRECISION_BALANCED */ pub precision: splat_precision,
+}
+
+/// What a model was made for, and what its latest pass gave.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_model_info {
+    pub struct_size: u32,
+    /** what it was created with, SPLAT_MODEL_ bits */ pub flags: u32,
+    /** objects per batch */ pub objects: u32,
+    /** input images of an object */ pub views: u32,
+    /** R: images have R x R pixels */ pub resolution: u32,
+    /** channels of the images that a pass takes */ pub channels: u32,
+    /** channels of "images": no plane of origin distances, nor of depths in scene units */ pub image_channels: u32,
+    /** channels of "raw" */ pub output_channels: u32,
+    /** M: Gaussians of an object */ pub gaussians: u32,
+    /** degree of the spherical harmonics; K = (sh_degree + 1)^2 */ pub sh_degree: u32,
+    /** length of a custom embedding; 0: none */ pub embedding_length: u32,
+    /** numbers of a token; 0: none */ pub token_dim: u32,
+    /** tokens of an image; 0: none */ pub tokens: u32,
+    /** passes of a batch */ pub slices: u32,
+    /** field of view, degrees; 0: each image has its focal lengths */ pub fov: f32,
+    pub reserved: u32,
+    /** numbers of all parameters */ pub parameters: u64,
+    /** numbers of parameters that a training changes */ pub trainable: u64,
+    /** Gaussians of the latest pass, over all objects; 0 before the first */ pub predicted: u64,
+    /** numbers of "raw" and of their attributes that are NaN or infinite */ pub non_finite: u64,
+    /** Gaussians of an opacity below 1/255, which no pixel shows */ pub faint: u64,
+}
+
+/// Counts are of numbers in the array beside them; 0: trusted.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_model_input {
+    pub struct_size: u32,
+    /** SPLAT_PASS_ bits */ pub flags: u32,
+    /** seed of dropout, used with step */ pub seed: u64,
+    /** the optimiser's step */ pub step: u32,
+    /** channels per image, checked against the configuration; 0: not checked */ pub channels: u32,
+    /** in the arrays, checked against the model's; 0: not checked */ pub objects: u32,
+    pub picture_count: u32,
+    /// images in the caller's layout, instead of `images`; the planes of an image may come from several pictures in
+    /// turn, such as RGB, then depth: N pictures or a multiple
+    pub pictures: *const splat_image,
+    /// \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance, or depth in scene units for the head
+    /// (model.head.positions)
+    pub images: *const f32,
+    pub images_count: u64,
+    /** \[N,4,4\] row vectors: p_world = p_view M; NULL: the identity */ pub view_to_world: *const f32,
+    pub view_to_world_count: u64,
+    /** \[N,4\] w x y z of that rotation; NULL with view_to_world */ pub quaternions: *const f32,
+    pub quaternions_count: u64,
+    /** \[N,2\] pixels; NULL unless the configuration's fov is 0 */ pub focals: *const f32,
+    pub focals_count: u64,
+    /** \[N,length\] of a custom embedding, else NULL */ pub embedding: *const f32,
+    pub embedding_count: u64,
+    /** \[N,token_dim,tokens\], else NULL */ pub tokens: *const f32,
+    pub tokens_count: u64,
+}
+
+/// Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers; 0: trusted.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_model_gradients {
+    pub struct_size: u32,
+    /** SPLAT_PASS_ bits */ pub flags: u32,
+    pub means: *const f32,
+    pub means_count: u64,
+    pub opacities: *const f32,
+    pub opacities_count: u64,
+    pub scales: *const f32,
+    pub scales_count: u64,
+    pub rotations: *const f32,
+    pub rotations_count: u64,
+    pub sh: *const f32,
+    pub sh_count: u64,
+}
+
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_module_desc {
+    pub struct_size: u32,
+    /** SPLAT_MODULE_* */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** a name of splat_op_list, or "residual_block" */ pub type_: *const c_char,
+    /** JSON object; NULL: defaults */ pub attributes: *const c_char,
+    /** with name, rank, dims */ pub ports: *const splat_port,
+    pub port_count: u32,
+    /** only for residual_block; conv2d has an attribute */ pub precision: splat_precision,
 }
 
 /// A number by its name. Frozen.
@@ -1975,16 +1991,16 @@ macro_rules! zeroed {
     };
 }
 zeroed! {
-    splat_image splat_similarity splat_camera splat_named_array splat_port splat_picture_source splat_picture
-    splat_picture_info splat_number splat_optimizer_item splat_optimizer_group splat_scores splat_ledger splat_score
+    splat_image splat_similarity splat_camera splat_picture_source splat_picture splat_picture_info splat_named_array
+    splat_port splat_number splat_optimizer_item splat_optimizer_group splat_scores splat_ledger splat_score
     splat_score_set splat_prior_maps ;  splat_decode_limits splat_device_info splat_device_desc splat_memory_info
     splat_tensor_desc splat_tensor_info splat_tensor_stats splat_co3d_desc splat_co3d_info splat_dataset_desc
     splat_dataset_views splat_dataset_import_desc splat_dataset_export_desc splat_synthetic_desc splat_scene_desc
     splat_scene_file_desc splat_scene_info splat_orbit_desc splat_camera_file_desc splat_camera_bytes
-    splat_weights_info splat_op_desc splat_model_desc splat_model_info splat_model_input splat_model_gradients
-    splat_module_desc splat_picture_cut_desc splat_predictor_desc splat_predictor_info splat_prediction
     splat_rasterizer_desc splat_gaussians_desc splat_gradients_desc splat_rasterizer_info splat_scene_render_desc
-    splat_image_info splat_image_scores splat_lpips_desc splat_group splat_run_event splat_optimizer_desc
+    splat_image_info splat_image_scores splat_lpips_desc splat_picture_cut_desc splat_predictor_desc
+    splat_predictor_info splat_prediction splat_group splat_weights_info splat_op_desc splat_model_desc
+    splat_model_info splat_model_input splat_model_gradients splat_module_desc splat_run_event splat_optimizer_desc
     splat_optimizer_info splat_trainer_desc splat_trainer_batch splat_trainer_info splat_training_desc
     splat_evaluator_desc splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary
     splat_compare_desc splat_comparison_info splat_metric_comparison splat_external_memory splat_fit_desc
@@ -2700,461 +2716,6 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
-    /// its contents. Values that are not finite are kept.
-    /// path      or a name of splat_builtin_weights, such as "cars64", where no file is called so
-    /// flags     SPLAT_WEIGHTS_COPY
-    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags
-    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
-    ///   SPLAT_ERROR_FORMAT                damaged, truncated, or not weights
-    ///   SPLAT_ERROR_UNSUPPORTED           a pickle that holds more than weights, another number type
-    /// ```
-    pub fn splat_weights_load(path: *const c_char, flags: u32, weights: *mut splat_weights) -> splat_result;
-
-    /// Load weights from the `bytes` bytes of such a file, which are copied.
-    ///
-    /// Returns as splat_weights_load.
-    pub fn splat_weights_load_memory(data: *const c_void, bytes: usize, weights: *mut splat_weights) -> splat_result;
-
-    /// ```text
-    /// Make weights of arrays, which are copied, in their order.
-    /// arrays    `count` of them; no array at all makes empty weights
-    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a rank, a negative dimension, a name used twice
-    ///   SPLAT_ERROR_SHAPE_MISMATCH        value_count does not fit dims
-    /// ```
-    pub fn splat_weights_from_arrays(
-        arrays: *const splat_named_array, count: u64, weights: *mut splat_weights
-    ) -> splat_result;
-
-    /// ```text
-    /// Write .safetensors (with the metadata), .pth (a checkpoint of the published code: iteration, loss
-    /// and best_PSNR of the metadata, else 0, and model_state_dict) or .npz by the extension; the file
-    /// appears whole or not at all.
-    /// flags     SPLAT_WEIGHTS_HALF
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags, values beyond float16, metadata that is no number
-    ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
-    ///   SPLAT_ERROR_IO                    the file cannot be written, or the mapped one has changed
-    ///   SPLAT_ERROR_UNSUPPORTED           another extension
-    /// ```
-    pub fn splat_weights_save(weights: splat_weights, path: *const c_char, flags: u32) -> splat_result;
-
-    /// ```text
-    /// Write the same bytes to memory.
-    /// needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
-    ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
-    /// Returns as splat_weights_save, SPLAT_INCOMPLETE.
-    /// ```
-    pub fn splat_weights_save_memory(
-        weights: splat_weights, format: splat_weights_format, flags: u32, buffer: *mut c_void, capacity: usize,
-        needed: *mut usize
-    ) -> splat_result;
-
-    /// Count the tensors. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL).
-    pub fn splat_weights_count(weights: splat_weights, count: *mut u32) -> splat_result;
-
-    /// ```text
-    /// Describe a tensor.
-    /// index     from 0, in the order of the file
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such index).
-    /// ```
-    pub fn splat_weights_get_info(weights: splat_weights, index: u32, info: *mut splat_weights_info) -> splat_result;
-
-    /// Find the index of a tensor by its name.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_NOT_FOUND.
-    pub fn splat_weights_find(weights: splat_weights, name: *const c_char, index: *mut u32) -> splat_result;
-
-    /// ```text
-    /// Copy the values of a tensor as float32.
-    /// values    out, `bytes` bytes, at least those of the values
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such index,
-    ///   too few bytes), SPLAT_ERROR_IO (the mapped file has changed).
-    /// ```
-    pub fn splat_weights_read(weights: splat_weights, index: u32, values: *mut f32, bytes: usize) -> splat_result;
-
-    /// ```text
-    /// Give the values of a tensor without a copy, as float32 whatever their type in the file. The file
-    /// of mapped values must not be written in place as long as they are read.
-    /// values    out, row-major, read only; lives as long as the weights; NULL if there are no elements
-    /// count     out, floats, may be NULL
-    /// Returns as splat_weights_read.
-    /// ```
-    pub fn splat_weights_data(
-        weights: splat_weights, index: u32, values: *const *const f32, count: *mut u64
-    ) -> splat_result;
-
-    /// Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": \[sentences\], "published": as
-    /// splat_predictor_desc tells}.
-    ///
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_weights_report(
-        weights: splat_weights, buffer: *mut c_char, capacity: usize, needed: *mut usize
-    ) -> splat_result;
-
-    /// ```text
-    /// Fold low-rank adapters into the weights they belong to: W + alpha / rank * (B A), or minus with
-    /// SPLAT_FOLD_OUT, in float64, rounded once. The result has no adapters, and no lora_alpha or
-    /// lora_rank in its metadata; other tensors are unchanged. A network of the result predicts the same
-    /// as one with separate adapters, up to float32 rounding (1e-6 of "raw"), in less time. Folding out
-    /// again restores a weight up to two roundings.
-    /// adapters  "<layer>.lora_A" [rank,in * k * k] and ".lora_B" [out,rank], or PEFT's names and
-    ///           shapes, see splat_model_export; other tensors are ignored; NULL: those among `weights`
-    /// alpha     finite; opt.lora_alpha of the training
-    /// flags     SPLAT_FOLD_OUT
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which layer),
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (no adapters, half a pair, a
-    ///   missing layer, a weight that would not be finite)
-    /// ```
-    pub fn splat_weights_fold(
-        weights: splat_weights, adapters: splat_weights, alpha: f64, flags: u32, folded: *mut splat_weights
-    ) -> splat_result;
-
-    /// Destroy weights. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_weights_destroy(weights: splat_weights) -> splat_result;
-
-    /// JSON array of all operators: {"name", "inputs": \[...\], "outputs": \[...\], "saved": \[...\], "attributes":
-    /// \[{"name", "type", "default", "about"}\], "equation"}.
-    ///
-    /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
-    pub fn splat_op_list(buffer: *mut c_char, capacity: usize, needed: *mut usize) -> splat_result;
-
-    /// ```text
-    /// Record an operator on tensors of SPLAT_DTYPE_F32, whose contents may change between runs.
-    /// Returns SPLAT_OK, or
-    ///   SPLAT_ERROR_INVALID_HANDLE        device or a tensor
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      type, an attribute, a count, a dtype, or a tensor of another
-    ///                                     device
-    ///   SPLAT_ERROR_SHAPE_MISMATCH        the message names the tensor, its shape and the one expected
-    ///   SPLAT_ERROR_UNSUPPORTED           beyond a limit of the device
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
-    /// ```
-    pub fn splat_op_create(device: splat_device, desc: *const splat_op_desc, op: *mut splat_op) -> splat_result;
-
-    /// Compute the outputs from the inputs.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (a tensor is mapped),
-    /// SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; after the last two the outputs are undefined.
-    pub fn splat_op_forward(op: splat_op) -> splat_result;
-
-    /// Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs, at the activations
-    /// of the last forward and the current parameters.
-    ///
-    /// Returns as splat_op_forward; also SPLAT_ERROR_INVALID_STATE before the first forward or without grad_outputs.
-    pub fn splat_op_backward(op: splat_op) -> splat_result;
-
-    /// Destroy an operator; its tensors stay. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_op_destroy(op: splat_op) -> splat_result;
-
-    /// Create a model; its parameters are zero.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; an unknown key of the
-    /// configuration or a value outside its range; a model.base_dim whose multiples do not divide into a layer's
-    /// groups; GRADIENTS with nothing to train), SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-    /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
-    pub fn splat_model_create(
-        device: splat_device, desc: *const splat_model_desc, model: *mut splat_model
-    ) -> splat_result;
-
-    /// Initialise the parameters at random, as the published code does.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
-    pub fn splat_model_init(model: splat_model, seed: u64) -> splat_result;
-
-    /// ```text
-    /// Load the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
-    /// that the file lacks keep their values. With GRAFT each channel goes to the one of the same
-    /// meaning, and the outputs stay those of the file's network until the new channels are trained.
-    /// Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier versions.
-    /// flags     SPLAT_LOAD_*
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
-    ///   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
-    ///   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
-    ///   model without adapters)
-    /// ```
-    pub fn splat_model_load(model: splat_model, weights: splat_weights, flags: u32) -> splat_result;
-
-    /// Store the model as a state dict, with the buffers of published files.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of the device.
-    pub fn splat_model_store(model: splat_model, weights: *mut splat_weights) -> splat_result;
-
-    /// Export a model's parameters in another form.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT, SPLAT_ERROR_INVALID_STATE (a model
-    /// without adapters)
-    pub fn splat_model_export(model: splat_model, what: splat_export, weights: *mut splat_weights) -> splat_result;
-
-    /// JSON: {"parameters", "trainable" (numbers), "slices" (of a batch), "bytes": {"activations" (of a slice),
-    /// "prepared" (weights; 0 while they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "ledger": {"gaussians",
-    /// "non_finite", "faint"} (see splat_model_info), "inputs": \[{"name", "shape", "optional"}\], "outputs":
-    /// \[{"name", "shape"}\], "tensors" (parameters): \[{"name", "shape", "trainable"}\], "load": {"copied",
-    /// "widened", "fresh", "left_out", "rays_differ", "rays_taken"}, "config"}.
-    ///
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
-    pub fn splat_model_report(
-        model: splat_model, buffer: *mut c_char, capacity: usize, needed: *mut usize
-    ) -> splat_result;
-
-    /// Describe a model. Does not wait for a pass of another thread.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-    pub fn splat_model_get_info(model: splat_model, info: *mut splat_model_info) -> splat_result;
-
-    /// ```text
-    /// List the inputs, outputs or parameters of a model.
-    /// ports     out, `capacity` of them; may be NULL when capacity is 0
-    /// count     out, how many there are; may be NULL
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE (what fits was written), SPLAT_ERROR_INVALID_HANDLE,
-    ///   SPLAT_ERROR_INVALID_ARGUMENT (kind, NULL).
-    /// ```
-    pub fn splat_model_ports(
-        model: splat_model, kind: splat_port_kind, ports: *mut splat_port, capacity: u32, count: *mut u32
-    ) -> splat_result;
-
-    /// ```text
-    /// Get a tensor that shares the model's memory, float32 and row-major, by name:
-    ///   inputs      "images" [N,image_channels,R,R], "view_to_world" [N,4,4], "quaternions" [N,4],
-    ///               "focals" [N,2], "origin_distance" [N], "embedding", "tokens", as far as the
-    ///               configuration has them; at first zeros, identity poses and focal lengths of R
-    ///   outputs     as in splat_model_read; undefined before the first pass
-    ///   parameters  the names of the state dict
-    ///   gradients   "grad:" and the name of an output (in, for splat_model_backward; at first zeros),
-    ///               of a parameter (out, sums), or of "images", "embedding", "tokens" (out)
-    /// "means[1]" is the part of object 1 of an output or its gradient, in the shape that a rasterizer
-    /// takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,R,R] of "raw".
-    ///
-    /// A pass reads what the tensors hold when it runs. After a parameter is written through its tensor,
-    /// the next pass prepares weights anew, as after splat_model_write. If a pointer to a parameter was
-    /// given away (splat_tensor_host_pointer), every pass does. Writing inputs or outputs, like writing
-    /// parameters, ends what splat_model_backward needs. No call uses the model's memory while one
-    /// of these tensors is mapped. The tensor, which the caller destroys, keeps that memory alive.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such
-    ///   object), SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (no such gradient is
-    ///   computed), SPLAT_ERROR_UNSUPPORTED (the device cannot bind the part of one object), and errors
-    ///   of the device
-    /// ```
-    pub fn splat_model_tensor(model: splat_model, name: *const c_char, tensor: *mut splat_tensor) -> splat_result;
-
-    /// Run the network. Arrays are read before the call returns; the tensors of inputs then hold them.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a count, a
-    /// picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration needs, an array that it does
-    /// not need, values that are not finite), SPLAT_ERROR_INVALID_STATE (a tensor of the model is mapped), in each
-    /// case with the last pass unchanged; SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
-    /// SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
-    pub fn splat_model_forward(model: splat_model, input: *const splat_model_input) -> splat_result;
-
-    /// ```text
-    /// Read a tensor of splat_model_tensor; outputs, of the latest splat_model_forward: "means"
-    /// [objects,M,3] scene units, "opacities" [objects,M,1], "scales" [objects,M,3], "rotations"
-    /// [objects,M,4] w x y z, "sh" [objects,M,K,3] with the constant term first, "raw" [N,output
-    /// channels,R,R]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
-    /// "grad:images" [N,channels that the network sees,R,R], "grad:embedding" (custom ones),
-    /// "grad:tokens", shaped as in splat_model_input.
-    /// values    out, `bytes` bytes, at least those of the values
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, too few bytes),
-    ///   SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (before the first pass, no
-    ///   gradient, a tensor of the model is mapped), and errors of the device
-    /// ```
-    pub fn splat_model_read(model: splat_model, name: *const c_char, values: *mut f32, bytes: usize) -> splat_result;
-
-    /// ```text
-    /// Set a parameter, by the name of the state dict.
-    /// values    in, row-major, exactly `bytes` bytes of the parameter
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a value that is
-    ///   not finite), SPLAT_ERROR_NOT_FOUND (no such parameter), SPLAT_ERROR_SHAPE_MISMATCH (bytes),
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
-    /// ```
-    pub fn splat_model_write(
-        model: splat_model, name: *const c_char, values: *const f32, bytes: usize
-    ) -> splat_result;
-
-    /// Copy the Gaussians of one object into a new scene.
-    ///
-    /// Returns as splat_model_read.
-    pub fn splat_model_scene(model: splat_model, object: u32, scene: *mut splat_scene) -> splat_result;
-
-    /// Add the gradients of a loss to the gradients of parameters. Call it once after each splat_model_forward, whose
-    /// results stay readable. Arrays become what the tensors "grad:means" and so on hold.
-    ///
-    /// Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass, or after
-    /// inputs or parameters have changed, with gradients unchanged. After other errors the gradients may hold part of
-    /// the batch: call splat_model_zero_gradients
-    pub fn splat_model_backward(model: splat_model, gradients: *const splat_model_gradients) -> splat_result;
-
-    /// Set the gradients of all parameters to zero.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
-    pub fn splat_model_zero_gradients(model: splat_model) -> splat_result;
-
-    /// Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_model_destroy(model: splat_model) -> splat_result;
-
-    /// Create a module; its parameters, inputs and gradients of outputs are zero.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or attribute that the
-    /// type does not have, GRADIENTS for a type without any), SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or
-    /// does not fit), SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
-    pub fn splat_module_create(
-        device: splat_device, desc: *const splat_module_desc, module: *mut splat_module
-    ) -> splat_result;
-
-    /// Initialise the parameters. A block starts as in the published code. In an operator gamma is 1, other vectors
-    /// are 0, and the rest has Glorot's uniform distribution.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
-    pub fn splat_module_init(module: splat_module, seed: u64) -> splat_result;
-
-    /// JSON: {"type", "inputs": \[{"name", "shape", "optional"}\], "outputs": \[{"name", "shape"}\], "parameters":
-    /// \[{"name", "shape", "trainable"}\], "bytes" (activations and workspaces)}.
-    ///
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-    pub fn splat_module_report(
-        module: splat_module, buffer: *mut c_char, capacity: usize, needed: *mut usize
-    ) -> splat_result;
-
-    /// List the inputs, outputs or parameters of a module. Parameters and returns as splat_model_ports.
-    pub fn splat_module_ports(
-        module: splat_module, kind: splat_port_kind, ports: *mut splat_port, capacity: u32, count: *mut u32
-    ) -> splat_result;
-
-    /// ```text
-    /// Write an input, a parameter, or the gradient of the loss with respect to an output ("grad:y").
-    /// values    in, row-major, exactly `bytes` bytes of the tensor
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (bytes), or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a value that is not finite, except in an input without
-    ///                                     gradient
-    ///   SPLAT_ERROR_NOT_FOUND             no such name
-    ///   SPLAT_ERROR_INVALID_STATE         the module computes no such gradient
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
-    /// ```
-    pub fn splat_module_write(
-        module: splat_module, name: *const c_char, values: *const f32, bytes: usize
-    ) -> splat_result;
-
-    /// ```text
-    /// Read what splat_module_write writes, an output ("y"), or the gradient of a parameter
-    /// ("grad:weight", the sum since splat_module_zero_gradients) or of an input ("grad:x").
-    /// values    out, row-major, exactly `bytes` bytes of the tensor
-    /// Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes it.
-    /// ```
-    pub fn splat_module_read(
-        module: splat_module, name: *const c_char, values: *mut f32, bytes: usize
-    ) -> splat_result;
-
-    /// Compute the outputs.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-    /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST.
-    pub fn splat_module_forward(module: splat_module) -> splat_result;
-
-    /// ```text
-    /// Add to the gradients of parameters and overwrite those of inputs. Call it once after each forward.
-    /// Returns as splat_module_forward, or
-    ///   SPLAT_ERROR_INVALID_STATE         without SPLAT_MODULE_GRADIENTS, without a new forward pass,
-    ///                                     or after inputs or parameters were written; gradients stay
-    /// ```
-    pub fn splat_module_backward(module: splat_module) -> splat_result;
-
-    /// Set the gradients of parameters to zero.
-    ///
-    /// Returns as splat_module_forward.
-    pub fn splat_module_zero_gradients(module: splat_module) -> splat_result;
-
-    /// Destroy a module. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_module_destroy(module: splat_module) -> splat_result;
-
-    /// ```text
-    /// Cut a picture and its maps out as a predictor does, without a device.
-    /// info      out, may be NULL; it has no warnings of the field of view
-    /// Returns as splat_predictor_predict
-    /// ```
-    pub fn splat_picture_cut(
-        picture: *const splat_picture, desc: *const splat_picture_cut_desc, info: *mut splat_picture_info
-    ) -> splat_result;
-
-    /// ```text
-    /// Get the path of weights that come with the library: below its prefix, or in its build folder.
-    /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
-    ///           a picture with depth and normals
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
-    /// ```
-    pub fn splat_builtin_weights(
-        name: *const c_char, buffer: *mut c_char, capacity: usize, needed: *mut usize
-    ) -> splat_result;
-
-    /// ```text
-    /// Create a predictor. If the weights were trained with another field of view than data.fov, theirs
-    /// is used, with a warning in the report.
-    /// desc      NULL: the built-in weights
-    /// Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
-    ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
-    ///   or as splat_weights_load, splat_weights_fold and splat_model_create
-    /// ```
-    pub fn splat_predictor_create(
-        device: splat_device, desc: *const splat_predictor_desc, predictor: *mut splat_predictor
-    ) -> splat_result;
-
-    /// Describe a predictor.
-    ///
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
-    pub fn splat_predictor_get_info(predictor: splat_predictor, info: *mut splat_predictor_info) -> splat_result;
-
-    /// Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": \[sentences\], "ignored":
-    /// \[sentences on parts of the file that are not read\], "category", "metadata" (of the file), "load" (as
-    /// splat_model_report), "config"}.
-    ///
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_predictor_report(
-        predictor: splat_predictor, buffer: *mut c_char, capacity: usize, needed: *mut usize
-    ) -> splat_result;
-
-    /// ```text
-    /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
-    /// pictures    `count`, as many as the network has views
-    /// prediction  NULL: no facts
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
-    ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
-    ///                                  network needs and a picture lacks, or the other way round; maps
-    ///                                  of another size; an empty mask; pixels that do not fit,
-    ///                                  are not finite or not from 0 to 1 (splat_picture_source)
-    ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
-    /// ```
-    pub fn splat_predictor_predict(
-        predictor: splat_predictor, pictures: *const splat_picture, count: u32, scene: *mut splat_scene, prediction:
-        *mut splat_prediction
-    ) -> splat_result;
-
-    /// ```text
-    /// The same for an object of a data set that was opened with the predictor's resolution and
-    /// background.
-    /// views     `count` numbers of views; the network sees the first of them, as many as it takes. The
-    ///           cameras of `prediction` are those of all
-    /// Returns as splat_predictor_predict and splat_dataset_read
-    /// ```
-    pub fn splat_predictor_predict_object(
-        predictor: splat_predictor, dataset: splat_dataset, object: u32, views: *const u32, count: u32, scene: *mut
-        splat_scene, prediction: *mut splat_prediction
-    ) -> splat_result;
-
-    /// Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms", "network_ms",
-    /// "pictures": \[{"width", "height", "mask" ("mask", "alpha", "border", "nothing"), "square", "focal", "fov",
-    /// "warnings": \[sentences\]}\]}.
-    ///
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).
-    pub fn splat_prediction_report(
-        prediction: *const splat_prediction, buffer: *mut c_char, capacity: usize, needed: *mut usize
-    ) -> splat_result;
-
-    /// Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    pub fn splat_predictor_destroy(predictor: splat_predictor) -> splat_result;
-
-    /// ```text
     /// Create a rasterizer with its memory; the memory for intersections grows on demand.
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      a field of desc outside its range, or flags that exclude each
@@ -3418,6 +2979,461 @@ extern "C" {
     ///
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_lpips_destroy(lpips: splat_lpips) -> splat_result;
+
+    /// ```text
+    /// Cut a picture and its maps out as a predictor does, without a device.
+    /// info      out, may be NULL; it has no warnings of the field of view
+    /// Returns as splat_predictor_predict
+    /// ```
+    pub fn splat_picture_cut(
+        picture: *const splat_picture, desc: *const splat_picture_cut_desc, info: *mut splat_picture_info
+    ) -> splat_result;
+
+    /// ```text
+    /// Get the path of weights that come with the library: below its prefix, or in its build folder.
+    /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
+    ///           a picture with depth and normals
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
+    /// ```
+    pub fn splat_builtin_weights(
+        name: *const c_char, buffer: *mut c_char, capacity: usize, needed: *mut usize
+    ) -> splat_result;
+
+    /// ```text
+    /// Create a predictor. If the weights were trained with another field of view than data.fov, theirs
+    /// is used, with a warning in the report.
+    /// desc      NULL: the built-in weights
+    /// Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
+    ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
+    ///   or as splat_weights_load, splat_weights_fold and splat_model_create
+    /// ```
+    pub fn splat_predictor_create(
+        device: splat_device, desc: *const splat_predictor_desc, predictor: *mut splat_predictor
+    ) -> splat_result;
+
+    /// Describe a predictor.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
+    pub fn splat_predictor_get_info(predictor: splat_predictor, info: *mut splat_predictor_info) -> splat_result;
+
+    /// Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": \[sentences\], "ignored":
+    /// \[sentences on parts of the file that are not read\], "category", "metadata" (of the file), "load" (as
+    /// splat_model_report), "config"}.
+    ///
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_predictor_report(
+        predictor: splat_predictor, buffer: *mut c_char, capacity: usize, needed: *mut usize
+    ) -> splat_result;
+
+    /// ```text
+    /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
+    /// pictures    `count`, as many as the network has views
+    /// prediction  NULL: no facts
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
+    ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
+    ///                                  network needs and a picture lacks, or the other way round; maps
+    ///                                  of another size; an empty mask; pixels that do not fit,
+    ///                                  are not finite or not from 0 to 1 (splat_picture_source)
+    ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
+    /// ```
+    pub fn splat_predictor_predict(
+        predictor: splat_predictor, pictures: *const splat_picture, count: u32, scene: *mut splat_scene, prediction:
+        *mut splat_prediction
+    ) -> splat_result;
+
+    /// ```text
+    /// The same for an object of a data set that was opened with the predictor's resolution and
+    /// background.
+    /// views     `count` numbers of views; the network sees the first of them, as many as it takes. The
+    ///           cameras of `prediction` are those of all
+    /// Returns as splat_predictor_predict and splat_dataset_read
+    /// ```
+    pub fn splat_predictor_predict_object(
+        predictor: splat_predictor, dataset: splat_dataset, object: u32, views: *const u32, count: u32, scene: *mut
+        splat_scene, prediction: *mut splat_prediction
+    ) -> splat_result;
+
+    /// Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms", "network_ms",
+    /// "pictures": \[{"width", "height", "mask" ("mask", "alpha", "border", "nothing"), "square", "focal", "fov",
+    /// "warnings": \[sentences\]}\]}.
+    ///
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).
+    pub fn splat_prediction_report(
+        prediction: *const splat_prediction, buffer: *mut c_char, capacity: usize, needed: *mut usize
+    ) -> splat_result;
+
+    /// Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_predictor_destroy(predictor: splat_predictor) -> splat_result;
+
+    /// ```text
+    /// Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
+    /// its contents. Values that are not finite are kept.
+    /// path      or a name of splat_builtin_weights, such as "cars64", where no file is called so
+    /// flags     SPLAT_WEIGHTS_COPY
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags
+    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
+    ///   SPLAT_ERROR_FORMAT                damaged, truncated, or not weights
+    ///   SPLAT_ERROR_UNSUPPORTED           a pickle that holds more than weights, another number type
+    /// ```
+    pub fn splat_weights_load(path: *const c_char, flags: u32, weights: *mut splat_weights) -> splat_result;
+
+    /// Load weights from the `bytes` bytes of such a file, which are copied.
+    ///
+    /// Returns as splat_weights_load.
+    pub fn splat_weights_load_memory(data: *const c_void, bytes: usize, weights: *mut splat_weights) -> splat_result;
+
+    /// ```text
+    /// Make weights of arrays, which are copied, in their order.
+    /// arrays    `count` of them; no array at all makes empty weights
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a rank, a negative dimension, a name used twice
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        value_count does not fit dims
+    /// ```
+    pub fn splat_weights_from_arrays(
+        arrays: *const splat_named_array, count: u64, weights: *mut splat_weights
+    ) -> splat_result;
+
+    /// ```text
+    /// Write .safetensors (with the metadata), .pth (a checkpoint of the published code: iteration, loss
+    /// and best_PSNR of the metadata, else 0, and model_state_dict) or .npz by the extension; the file
+    /// appears whole or not at all.
+    /// flags     SPLAT_WEIGHTS_HALF
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags, values beyond float16, metadata that is no number
+    ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
+    ///   SPLAT_ERROR_IO                    the file cannot be written, or the mapped one has changed
+    ///   SPLAT_ERROR_UNSUPPORTED           another extension
+    /// ```
+    pub fn splat_weights_save(weights: splat_weights, path: *const c_char, flags: u32) -> splat_result;
+
+    /// ```text
+    /// Write the same bytes to memory.
+    /// needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
+    ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
+    /// Returns as splat_weights_save, SPLAT_INCOMPLETE.
+    /// ```
+    pub fn splat_weights_save_memory(
+        weights: splat_weights, format: splat_weights_format, flags: u32, buffer: *mut c_void, capacity: usize,
+        needed: *mut usize
+    ) -> splat_result;
+
+    /// Count the tensors. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL).
+    pub fn splat_weights_count(weights: splat_weights, count: *mut u32) -> splat_result;
+
+    /// ```text
+    /// Describe a tensor.
+    /// index     from 0, in the order of the file
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such index).
+    /// ```
+    pub fn splat_weights_get_info(weights: splat_weights, index: u32, info: *mut splat_weights_info) -> splat_result;
+
+    /// Find the index of a tensor by its name.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_NOT_FOUND.
+    pub fn splat_weights_find(weights: splat_weights, name: *const c_char, index: *mut u32) -> splat_result;
+
+    /// ```text
+    /// Copy the values of a tensor as float32.
+    /// values    out, `bytes` bytes, at least those of the values
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such index,
+    ///   too few bytes), SPLAT_ERROR_IO (the mapped file has changed).
+    /// ```
+    pub fn splat_weights_read(weights: splat_weights, index: u32, values: *mut f32, bytes: usize) -> splat_result;
+
+    /// ```text
+    /// Give the values of a tensor without a copy, as float32 whatever their type in the file. The file
+    /// of mapped values must not be written in place as long as they are read.
+    /// values    out, row-major, read only; lives as long as the weights; NULL if there are no elements
+    /// count     out, floats, may be NULL
+    /// Returns as splat_weights_read.
+    /// ```
+    pub fn splat_weights_data(
+        weights: splat_weights, index: u32, values: *const *const f32, count: *mut u64
+    ) -> splat_result;
+
+    /// Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": \[sentences\], "published": as
+    /// splat_predictor_desc tells}.
+    ///
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_weights_report(
+        weights: splat_weights, buffer: *mut c_char, capacity: usize, needed: *mut usize
+    ) -> splat_result;
+
+    /// ```text
+    /// Fold low-rank adapters into the weights they belong to: W + alpha / rank * (B A), or minus with
+    /// SPLAT_FOLD_OUT, in float64, rounded once. The result has no adapters, and no lora_alpha or
+    /// lora_rank in its metadata; other tensors are unchanged. A network of the result predicts the same
+    /// as one with separate adapters, up to float32 rounding (1e-6 of "raw"), in less time. Folding out
+    /// again restores a weight up to two roundings.
+    /// adapters  "<layer>.lora_A" [rank,in * k * k] and ".lora_B" [out,rank], or PEFT's names and
+    ///           shapes, see splat_model_export; other tensors are ignored; NULL: those among `weights`
+    /// alpha     finite; opt.lora_alpha of the training
+    /// flags     SPLAT_FOLD_OUT
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which layer),
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (no adapters, half a pair, a
+    ///   missing layer, a weight that would not be finite)
+    /// ```
+    pub fn splat_weights_fold(
+        weights: splat_weights, adapters: splat_weights, alpha: f64, flags: u32, folded: *mut splat_weights
+    ) -> splat_result;
+
+    /// Destroy weights. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_weights_destroy(weights: splat_weights) -> splat_result;
+
+    /// JSON array of all operators: {"name", "inputs": \[...\], "outputs": \[...\], "saved": \[...\], "attributes":
+    /// \[{"name", "type", "default", "about"}\], "equation"}.
+    ///
+    /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
+    pub fn splat_op_list(buffer: *mut c_char, capacity: usize, needed: *mut usize) -> splat_result;
+
+    /// ```text
+    /// Record an operator on tensors of SPLAT_DTYPE_F32, whose contents may change between runs.
+    /// Returns SPLAT_OK, or
+    ///   SPLAT_ERROR_INVALID_HANDLE        device or a tensor
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      type, an attribute, a count, a dtype, or a tensor of another
+    ///                                     device
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        the message names the tensor, its shape and the one expected
+    ///   SPLAT_ERROR_UNSUPPORTED           beyond a limit of the device
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
+    /// ```
+    pub fn splat_op_create(device: splat_device, desc: *const splat_op_desc, op: *mut splat_op) -> splat_result;
+
+    /// Compute the outputs from the inputs.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (a tensor is mapped),
+    /// SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; after the last two the outputs are undefined.
+    pub fn splat_op_forward(op: splat_op) -> splat_result;
+
+    /// Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs, at the activations
+    /// of the last forward and the current parameters.
+    ///
+    /// Returns as splat_op_forward; also SPLAT_ERROR_INVALID_STATE before the first forward or without grad_outputs.
+    pub fn splat_op_backward(op: splat_op) -> splat_result;
+
+    /// Destroy an operator; its tensors stay. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_op_destroy(op: splat_op) -> splat_result;
+
+    /// Create a model; its parameters are zero.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; an unknown key of the
+    /// configuration or a value outside its range; a model.base_dim whose multiples do not divide into a layer's
+    /// groups; GRADIENTS with nothing to train), SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+    /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
+    pub fn splat_model_create(
+        device: splat_device, desc: *const splat_model_desc, model: *mut splat_model
+    ) -> splat_result;
+
+    /// Initialise the parameters at random, as the published code does.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
+    pub fn splat_model_init(model: splat_model, seed: u64) -> splat_result;
+
+    /// ```text
+    /// Load the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
+    /// that the file lacks keep their values. With GRAFT each channel goes to the one of the same
+    /// meaning, and the outputs stay those of the file's network until the new channels are trained.
+    /// Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier versions.
+    /// flags     SPLAT_LOAD_*
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
+    ///   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
+    ///   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
+    ///   model without adapters)
+    /// ```
+    pub fn splat_model_load(model: splat_model, weights: splat_weights, flags: u32) -> splat_result;
+
+    /// Store the model as a state dict, with the buffers of published files.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of the device.
+    pub fn splat_model_store(model: splat_model, weights: *mut splat_weights) -> splat_result;
+
+    /// Export a model's parameters in another form.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT, SPLAT_ERROR_INVALID_STATE (a model
+    /// without adapters)
+    pub fn splat_model_export(model: splat_model, what: splat_export, weights: *mut splat_weights) -> splat_result;
+
+    /// JSON: {"parameters", "trainable" (numbers), "slices" (of a batch), "bytes": {"activations" (of a slice),
+    /// "prepared" (weights; 0 while they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "ledger": {"gaussians",
+    /// "non_finite", "faint"} (see splat_model_info), "inputs": \[{"name", "shape", "optional"}\], "outputs":
+    /// \[{"name", "shape"}\], "tensors" (parameters): \[{"name", "shape", "trainable"}\], "load": {"copied",
+    /// "widened", "fresh", "left_out", "rays_differ", "rays_taken"}, "config"}.
+    ///
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
+    pub fn splat_model_report(
+        model: splat_model, buffer: *mut c_char, capacity: usize, needed: *mut usize
+    ) -> splat_result;
+
+    /// Describe a model. Does not wait for a pass of another thread.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
+    pub fn splat_model_get_info(model: splat_model, info: *mut splat_model_info) -> splat_result;
+
+    /// ```text
+    /// List the inputs, outputs or parameters of a model.
+    /// ports     out, `capacity` of them; may be NULL when capacity is 0
+    /// count     out, how many there are; may be NULL
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE (what fits was written), SPLAT_ERROR_INVALID_HANDLE,
+    ///   SPLAT_ERROR_INVALID_ARGUMENT (kind, NULL).
+    /// ```
+    pub fn splat_model_ports(
+        model: splat_model, kind: splat_port_kind, ports: *mut splat_port, capacity: u32, count: *mut u32
+    ) -> splat_result;
+
+    /// ```text
+    /// Get a tensor that shares the model's memory, float32 and row-major, by name:
+    ///   inputs      "images" [N,image_channels,R,R], "view_to_world" [N,4,4], "quaternions" [N,4],
+    ///               "focals" [N,2], "origin_distance" [N], "depths" [N,R,R], "embedding", "tokens", as far as the
+    ///               configuration has them; at first zeros, identity poses and focal lengths of R
+    ///   outputs     as in splat_model_read; undefined before the first pass
+    ///   parameters  the names of the state dict
+    ///   gradients   "grad:" and the name of an output (in, for splat_model_backward; at first zeros),
+    ///               of a parameter (out, sums), or of "images", "embedding", "tokens" (out)
+    /// "means[1]" is the part of object 1 of an output or its gradient, in the shape that a rasterizer
+    /// takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,R,R] of "raw".
+    ///
+    /// A pass reads what the tensors hold when it runs. After a parameter is written through its tensor,
+    /// the next pass prepares weights anew, as after splat_model_write. If a pointer to a parameter was
+    /// given away (splat_tensor_host_pointer), every pass does. Writing inputs or outputs, like writing
+    /// parameters, ends what splat_model_backward needs. No call uses the model's memory while one
+    /// of these tensors is mapped. The tensor, which the caller destroys, keeps that memory alive.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such
+    ///   object), SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (no such gradient is
+    ///   computed), SPLAT_ERROR_UNSUPPORTED (the device cannot bind the part of one object), and errors
+    ///   of the device
+    /// ```
+    pub fn splat_model_tensor(model: splat_model, name: *const c_char, tensor: *mut splat_tensor) -> splat_result;
+
+    /// Run the network. Arrays are read before the call returns; the tensors of inputs then hold them.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a count, a
+    /// picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration needs, an array that it does
+    /// not need, values that are not finite), SPLAT_ERROR_INVALID_STATE (a tensor of the model is mapped), in each
+    /// case with the last pass unchanged; SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
+    /// SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
+    pub fn splat_model_forward(model: splat_model, input: *const splat_model_input) -> splat_result;
+
+    /// ```text
+    /// Read a tensor of splat_model_tensor; outputs, of the latest splat_model_forward: "means"
+    /// [objects,M,3] scene units, "opacities" [objects,M,1], "scales" [objects,M,3], "rotations"
+    /// [objects,M,4] w x y z, "sh" [objects,M,K,3] with the constant term first, "raw" [N,output
+    /// channels,R,R]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
+    /// "grad:images" [N,channels that the network sees,R,R], "grad:embedding" (custom ones),
+    /// "grad:tokens", shaped as in splat_model_input.
+    /// values    out, `bytes` bytes, at least those of the values
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, too few bytes),
+    ///   SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (before the first pass, no
+    ///   gradient, a tensor of the model is mapped), and errors of the device
+    /// ```
+    pub fn splat_model_read(model: splat_model, name: *const c_char, values: *mut f32, bytes: usize) -> splat_result;
+
+    /// ```text
+    /// Set a parameter, by the name of the state dict.
+    /// values    in, row-major, exactly `bytes` bytes of the parameter
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a value that is
+    ///   not finite), SPLAT_ERROR_NOT_FOUND (no such parameter), SPLAT_ERROR_SHAPE_MISMATCH (bytes),
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
+    /// ```
+    pub fn splat_model_write(
+        model: splat_model, name: *const c_char, values: *const f32, bytes: usize
+    ) -> splat_result;
+
+    /// Copy the Gaussians of one object into a new scene.
+    ///
+    /// Returns as splat_model_read.
+    pub fn splat_model_scene(model: splat_model, object: u32, scene: *mut splat_scene) -> splat_result;
+
+    /// Add the gradients of a loss to the gradients of parameters. Call it once after each splat_model_forward, whose
+    /// results stay readable. Arrays become what the tensors "grad:means" and so on hold.
+    ///
+    /// Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass, or after
+    /// inputs or parameters have changed, with gradients unchanged. After other errors the gradients may hold part of
+    /// the batch: call splat_model_zero_gradients
+    pub fn splat_model_backward(model: splat_model, gradients: *const splat_model_gradients) -> splat_result;
+
+    /// Set the gradients of all parameters to zero.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
+    pub fn splat_model_zero_gradients(model: splat_model) -> splat_result;
+
+    /// Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_model_destroy(model: splat_model) -> splat_result;
+
+    /// Create a module; its parameters, inputs and gradients of outputs are zero.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or attribute that the
+    /// type does not have, GRADIENTS for a type without any), SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or
+    /// does not fit), SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
+    pub fn splat_module_create(
+        device: splat_device, desc: *const splat_module_desc, module: *mut splat_module
+    ) -> splat_result;
+
+    /// Initialise the parameters. A block starts as in the published code. In an operator gamma is 1, other vectors
+    /// are 0, and the rest has Glorot's uniform distribution.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
+    pub fn splat_module_init(module: splat_module, seed: u64) -> splat_result;
+
+    /// JSON: {"type", "inputs": \[{"name", "shape", "optional"}\], "outputs": \[{"name", "shape"}\], "parameters":
+    /// \[{"name", "shape", "trainable"}\], "bytes" (activations and workspaces)}.
+    ///
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
+    pub fn splat_module_report(
+        module: splat_module, buffer: *mut c_char, capacity: usize, needed: *mut usize
+    ) -> splat_result;
+
+    /// List the inputs, outputs or parameters of a module. Parameters and returns as splat_model_ports.
+    pub fn splat_module_ports(
+        module: splat_module, kind: splat_port_kind, ports: *mut splat_port, capacity: u32, count: *mut u32
+    ) -> splat_result;
+
+    /// ```text
+    /// Write an input, a parameter, or the gradient of the loss with respect to an output ("grad:y").
+    /// values    in, row-major, exactly `bytes` bytes of the tensor
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (bytes), or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a value that is not finite, except in an input without
+    ///                                     gradient
+    ///   SPLAT_ERROR_NOT_FOUND             no such name
+    ///   SPLAT_ERROR_INVALID_STATE         the module computes no such gradient
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
+    /// ```
+    pub fn splat_module_write(
+        module: splat_module, name: *const c_char, values: *const f32, bytes: usize
+    ) -> splat_result;
+
+    /// ```text
+    /// Read what splat_module_write writes, an output ("y"), or the gradient of a parameter
+    /// ("grad:weight", the sum since splat_module_zero_gradients) or of an input ("grad:x").
+    /// values    out, row-major, exactly `bytes` bytes of the tensor
+    /// Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes it.
+    /// ```
+    pub fn splat_module_read(
+        module: splat_module, name: *const c_char, values: *mut f32, bytes: usize
+    ) -> splat_result;
+
+    /// Compute the outputs.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+    /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST.
+    pub fn splat_module_forward(module: splat_module) -> splat_result;
+
+    /// ```text
+    /// Add to the gradients of parameters and overwrite those of inputs. Call it once after each forward.
+    /// Returns as splat_module_forward, or
+    ///   SPLAT_ERROR_INVALID_STATE         without SPLAT_MODULE_GRADIENTS, without a new forward pass,
+    ///                                     or after inputs or parameters were written; gradients stay
+    /// ```
+    pub fn splat_module_backward(module: splat_module) -> splat_result;
+
+    /// Set the gradients of parameters to zero.
+    ///
+    /// Returns as splat_module_forward.
+    pub fn splat_module_zero_gradients(module: splat_module) -> splat_result;
+
+    /// Destroy a module. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_module_destroy(module: splat_module) -> splat_result;
 
     /// ```text
     /// Do the next piece of work: a step, one piece of a validation, a saved state. After the end it gives
@@ -4277,6 +4293,22 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_orbit_desc", false, std::mem::size_of::<splat_orbit_desc>()),
     ("splat_camera_file_desc", false, std::mem::size_of::<splat_camera_file_desc>()),
     ("splat_camera_bytes", false, std::mem::size_of::<splat_camera_bytes>()),
+    ("splat_rasterizer_desc", false, std::mem::size_of::<splat_rasterizer_desc>()),
+    ("splat_gaussians_desc", false, std::mem::size_of::<splat_gaussians_desc>()),
+    ("splat_gradients_desc", false, std::mem::size_of::<splat_gradients_desc>()),
+    ("splat_rasterizer_info", false, std::mem::size_of::<splat_rasterizer_info>()),
+    ("splat_scene_render_desc", false, std::mem::size_of::<splat_scene_render_desc>()),
+    ("splat_image_info", false, std::mem::size_of::<splat_image_info>()),
+    ("splat_image_scores", false, std::mem::size_of::<splat_image_scores>()),
+    ("splat_lpips_desc", false, std::mem::size_of::<splat_lpips_desc>()),
+    ("splat_picture_source", true, std::mem::size_of::<splat_picture_source>()),
+    ("splat_picture", true, std::mem::size_of::<splat_picture>()),
+    ("splat_picture_info", true, std::mem::size_of::<splat_picture_info>()),
+    ("splat_picture_cut_desc", false, std::mem::size_of::<splat_picture_cut_desc>()),
+    ("splat_predictor_desc", false, std::mem::size_of::<splat_predictor_desc>()),
+    ("splat_predictor_info", false, std::mem::size_of::<splat_predictor_info>()),
+    ("splat_prediction", false, std::mem::size_of::<splat_prediction>()),
+    ("splat_group", false, std::mem::size_of::<splat_group>()),
     ("splat_weights_info", false, std::mem::size_of::<splat_weights_info>()),
     ("splat_named_array", true, std::mem::size_of::<splat_named_array>()),
     ("splat_op_desc", false, std::mem::size_of::<splat_op_desc>()),
@@ -4286,22 +4318,6 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_model_input", false, std::mem::size_of::<splat_model_input>()),
     ("splat_model_gradients", false, std::mem::size_of::<splat_model_gradients>()),
     ("splat_module_desc", false, std::mem::size_of::<splat_module_desc>()),
-    ("splat_picture_source", true, std::mem::size_of::<splat_picture_source>()),
-    ("splat_picture", true, std::mem::size_of::<splat_picture>()),
-    ("splat_picture_info", true, std::mem::size_of::<splat_picture_info>()),
-    ("splat_picture_cut_desc", false, std::mem::size_of::<splat_picture_cut_desc>()),
-    ("splat_predictor_desc", false, std::mem::size_of::<splat_predictor_desc>()),
-    ("splat_predictor_info", false, std::mem::size_of::<splat_predictor_info>()),
-    ("splat_prediction", false, std::mem::size_of::<splat_prediction>()),
-    ("splat_rasterizer_desc", false, std::mem::size_of::<splat_rasterizer_desc>()),
-    ("splat_gaussians_desc", false, std::mem::size_of::<splat_gaussians_desc>()),
-    ("splat_gradients_desc", false, std::mem::size_of::<splat_gradients_desc>()),
-    ("splat_rasterizer_info", false, std::mem::size_of::<splat_rasterizer_info>()),
-    ("splat_scene_render_desc", false, std::mem::size_of::<splat_scene_render_desc>()),
-    ("splat_image_info", false, std::mem::size_of::<splat_image_info>()),
-    ("splat_image_scores", false, std::mem::size_of::<splat_image_scores>()),
-    ("splat_lpips_desc", false, std::mem::size_of::<splat_lpips_desc>()),
-    ("splat_group", false, std::mem::size_of::<splat_group>()),
     ("splat_number", true, std::mem::size_of::<splat_number>()),
     ("splat_run_event", false, std::mem::size_of::<splat_run_event>()),
     ("splat_optimizer_item", true, std::mem::size_of::<splat_optimizer_item>()),
@@ -4421,6 +4437,45 @@ mod tests {
         4;);
         layout!(splat_camera_bytes, 40, 8, struct_size: 0, 4; reserved: 4, 4; cameras: 8, 8; camera_bytes: 16, 8;
         images: 24, 8; image_bytes: 32, 8;);
+        layout!(splat_rasterizer_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; gaussians: 16, 4; views: 20,
+        4; width: 24, 4; height: 28, 4; sh_degree: 32, 4; disabled_skips: 36, 4; convention: 40, 4; near_plane: 44, 4;
+        far_plane: 48, 4; items: 52, 4;);
+        layout!(splat_gaussians_desc, 104, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; means: 16, 8; scales: 24, 8;
+        rotations: 32, 8; opacities: 40, 8; sh: 48, 8; colors: 56, 8; active_tiles: 64, 8; active_tile_count: 72, 8;
+        view_ranges: 80, 8; view_range_count: 88, 8; scene: 96, 8;);
+        layout!(splat_gradients_desc, 128, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; grad_rgb: 16, 8; grad_alpha:
+        24, 8; grad_depth: 32, 8; grad_means: 40, 8; grad_scales: 48, 8; grad_rotations: 56, 8; grad_opacities: 64, 8;
+        grad_sh: 72, 8; grad_colors: 80, 8; grad_means2d: 88, 8; grad_means2d_abs: 96, 8; grad_world_to_camera: 104,
+        8; grad_intrinsics: 112, 8; contributions: 120, 8;);
+        layout!(splat_rasterizer_info, 88, 8, struct_size: 0, 4; passes: 4, 4; visible: 8, 8; pairs: 16, 8; longest:
+        24, 8; tiles: 32, 8; empty_tiles: 40, 8; bytes: 48, 8; runs: 56, 4; gaussians: 60, 4; views: 64, 4; items: 68,
+        4; culled: 72, 8; non_finite: 80, 8;);
+        layout!(splat_scene_render_desc, 40, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; output: 16, 4; convention:
+        20, 4; background: 24, 12; as_given: 36, 4;);
+        layout!(splat_image_info, 16, 8, struct_size: 0, 4; bits: 4, 4; focal: 8, 8;);
+        layout!(splat_image_scores, 32, 8, struct_size: 0, 4; reserved: 4, 4; squared_error: 8, 8; psnr: 16, 8; ssim:
+        24, 8;);
+        layout!(splat_lpips_desc, 32, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; weights: 16, 8; weight_count: 24,
+        4; side: 28, 4;);
+        layout!(splat_picture_source, 64, 8, path: 0, 8; pixels: 8, 56;);
+        layout!(splat_picture, 440, 8, image: 0, 64; mask: 64, 64; depth: 128, 64; normal: 192, 64; flags: 256, 4;
+        foreground: 260, 4; focal: 264, 8; origin_distance: 272, 8; world_to_camera: 280, 128; embedding: 408, 8;
+        embedding_count: 416, 8; tokens: 424, 8; token_count: 432, 8;);
+        layout!(splat_picture_info, 56, 8, width: 0, 4; height: 4, 4; found: 8, 4; warnings: 12, 4; square: 16, 24;
+        focal: 40, 8; fov_degrees: 48, 8;);
+        layout!(splat_picture_cut_desc, 256, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; resolution: 16, 4;
+        background: 20, 12; image: 32, 56; mask: 88, 56; depth: 144, 56; normal: 200, 56;);
+        layout!(splat_predictor_desc, 72, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; weights_path: 16, 8; weights:
+        24, 8; config: 32, 8; adapters_path: 40, 8; adapters: 48, 8; adapters_alpha: 56, 8; aggregate: 64, 4;
+        convention: 68, 4;);
+        layout!(splat_predictor_info, 80, 8, struct_size: 0, 4; views: 4, 4; resolution: 8, 4; channels: 12, 4; depth:
+        16, 4; normal: 20, 4; mask: 24, 4; origin_distance: 28, 4; gaussians: 32, 8; sh_degree: 40, 4; background: 44,
+        12; fov_degrees: 56, 8; category: 64, 8; whole: 72, 4; reserved: 76, 4;);
+        layout!(splat_prediction, 96, 8, struct_size: 0, 4; camera_capacity: 4, 4; cameras: 8, 8; pictures: 16, 8;
+        picture_capacity: 24, 4; camera_count: 28, 4; picture_count: 32, 4; reserved: 36, 4; inputs: 40, 8;
+        input_capacity: 48, 8; gaussians: 56, 8; not_finite: 64, 8; faint: 72, 8; read_ms: 80, 8; network_ms: 88, 8;);
+        layout!(splat_group, 64, 8, struct_size: 0, 4; rank: 4, 4; count: 8, 4; reserved: 12, 4; user: 16, 8;
+        send_receive: 24, 8; broadcast: 32, 8; barrier: 40, 8; sum: 48, 8; describe: 56, 8;);
         layout!(splat_weights_info, 96, 8, struct_size: 0, 4; rank: 4, 4; dims: 8, 64; elements: 72, 8; name: 80, 8;
         dtype: 88, 8;);
         layout!(splat_named_array, 96, 8, name: 0, 8; values: 8, 8; value_count: 16, 8; dims: 24, 64; rank: 88, 4;
@@ -4444,44 +4499,6 @@ mod tests {
         rotations_count: 64, 8; sh: 72, 8; sh_count: 80, 8;);
         layout!(splat_module_desc, 48, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; type_: 16, 8; attributes: 24, 8;
         ports: 32, 8; port_count: 40, 4; precision: 44, 4;);
-        layout!(splat_picture_source, 64, 8, path: 0, 8; pixels: 8, 56;);
-        layout!(splat_picture, 440, 8, image: 0, 64; mask: 64, 64; depth: 128, 64; normal: 192, 64; flags: 256, 4;
-        foreground: 260, 4; focal: 264, 8; origin_distance: 272, 8; world_to_camera: 280, 128; embedding: 408, 8;
-        embedding_count: 416, 8; tokens: 424, 8; token_count: 432, 8;);
-        layout!(splat_picture_info, 56, 8, width: 0, 4; height: 4, 4; found: 8, 4; warnings: 12, 4; square: 16, 24;
-        focal: 40, 8; fov_degrees: 48, 8;);
-        layout!(splat_picture_cut_desc, 256, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; resolution: 16, 4;
-        background: 20, 12; image: 32, 56; mask: 88, 56; depth: 144, 56; normal: 200, 56;);
-        layout!(splat_predictor_desc, 64, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; weights_path: 16, 8; weights:
-        24, 8; config: 32, 8; adapters_path: 40, 8; adapters: 48, 8; adapters_alpha: 56, 8;);
-        layout!(splat_predictor_info, 72, 8, struct_size: 0, 4; views: 4, 4; resolution: 8, 4; channels: 12, 4; depth:
-        16, 4; normal: 20, 4; mask: 24, 4; origin_distance: 28, 4; gaussians: 32, 8; sh_degree: 40, 4; background: 44,
-        12; fov_degrees: 56, 8; category: 64, 8;);
-        layout!(splat_prediction, 96, 8, struct_size: 0, 4; camera_capacity: 4, 4; cameras: 8, 8; pictures: 16, 8;
-        picture_capacity: 24, 4; camera_count: 28, 4; picture_count: 32, 4; reserved: 36, 4; inputs: 40, 8;
-        input_capacity: 48, 8; gaussians: 56, 8; not_finite: 64, 8; faint: 72, 8; read_ms: 80, 8; network_ms: 88, 8;);
-        layout!(splat_rasterizer_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; gaussians: 16, 4; views: 20,
-        4; width: 24, 4; height: 28, 4; sh_degree: 32, 4; disabled_skips: 36, 4; convention: 40, 4; near_plane: 44, 4;
-        far_plane: 48, 4; items: 52, 4;);
-        layout!(splat_gaussians_desc, 104, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; means: 16, 8; scales: 24, 8;
-        rotations: 32, 8; opacities: 40, 8; sh: 48, 8; colors: 56, 8; active_tiles: 64, 8; active_tile_count: 72, 8;
-        view_ranges: 80, 8; view_range_count: 88, 8; scene: 96, 8;);
-        layout!(splat_gradients_desc, 128, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; grad_rgb: 16, 8; grad_alpha:
-        24, 8; grad_depth: 32, 8; grad_means: 40, 8; grad_scales: 48, 8; grad_rotations: 56, 8; grad_opacities: 64, 8;
-        grad_sh: 72, 8; grad_colors: 80, 8; grad_means2d: 88, 8; grad_means2d_abs: 96, 8; grad_world_to_camera: 104,
-        8; grad_intrinsics: 112, 8; contributions: 120, 8;);
-        layout!(splat_rasterizer_info, 88, 8, struct_size: 0, 4; passes: 4, 4; visible: 8, 8; pairs: 16, 8; longest:
-        24, 8; tiles: 32, 8; empty_tiles: 40, 8; bytes: 48, 8; runs: 56, 4; gaussians: 60, 4; views: 64, 4; items: 68,
-        4; culled: 72, 8; non_finite: 80, 8;);
-        layout!(splat_scene_render_desc, 40, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; output: 16, 4; convention:
-        20, 4; background: 24, 12; as_given: 36, 4;);
-        layout!(splat_image_info, 16, 8, struct_size: 0, 4; bits: 4, 4; focal: 8, 8;);
-        layout!(splat_image_scores, 32, 8, struct_size: 0, 4; reserved: 4, 4; squared_error: 8, 8; psnr: 16, 8; ssim:
-        24, 8;);
-        layout!(splat_lpips_desc, 32, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; weights: 16, 8; weight_count: 24,
-        4; side: 28, 4;);
-        layout!(splat_group, 64, 8, struct_size: 0, 4; rank: 4, 4; count: 8, 4; reserved: 12, 4; user: 16, 8;
-        send_receive: 24, 8; broadcast: 32, 8; barrier: 40, 8; sum: 48, 8; describe: 56, 8;);
         layout!(splat_number, 16, 8, name: 0, 8; value: 8, 8;);
         layout!(splat_run_event, 160, 8, struct_size: 0, 4; kind: 4, 4; text: 8, 8; warning: 16, 4; updated: 20, 4;
         logged: 24, 4; reserved: 28, 4; step: 32, 8; attempts: 40, 8; iterations: 48, 8; skipped: 56, 8; peak_bytes:

@@ -7,7 +7,7 @@ use crate::object::{object, Serial};
 use crate::picture::{Picture, RawPictures};
 use crate::scene::Scene;
 use crate::text::{c_optional, c_optional_path, count, pointer, text, zeros};
-use crate::values::{Camera, PictureInfo, PredictorInfo};
+use crate::values::{Camera, Convention, PictureInfo, PredictorInfo};
 use crate::weights::Weights;
 use splat_sys as sys;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,10 @@ pub struct PredictorDesc<'a> {
     pub adapters: Option<&'a Weights>,
     /// 0: lora_alpha of their metadata, else of the configuration.
     pub adapters_alpha: f64,
+    /// 0, or 2 to 64: predictions from so many drawn views are joined, as those of F3D-Gaus from 8.
+    pub aggregate: u32,
+    /// How these views are drawn.
+    pub convention: Convention,
 }
 
 /// Facts of a prediction.
@@ -135,6 +139,8 @@ impl Predictor {
             adapters_path: pointer(&adapters_path),
             adapters: handle_of(desc.adapters),
             adapters_alpha: desc.adapters_alpha,
+            aggregate: desc.aggregate,
+            convention: desc.convention.0,
             ..Default::default()
         };
         Predictor::made(|handle| call!(splat_predictor_create(device.handle, &raw, handle)))

@@ -224,6 +224,122 @@ flags! {
     }
 }
 
+number! {
+    /// Whose rules a rasterizer follows where renderers differ.
+    Convention {
+        /** Kerbl et al. 2023: extents of 3 sigma, quaternions as given */ CONVENTION_3DGS = SPLAT_CONVENTION_3DGS,
+        /** gsplat 1.6: exactly alpha \>= 1/255, quaternions normalised */ GSPLAT = SPLAT_CONVENTION_GSPLAT,
+    }
+}
+
+flags! {
+    /// What a rasterizer can do.
+    RasterizerFlags {
+        /** colours are RGB, not spherical harmonics */ DIRECT_COLORS = SPLAT_RASTERIZER_DIRECT_COLORS,
+        /** opacity compensates for the dilation */ ANTIALIASED = SPLAT_RASTERIZER_ANTIALIASED,
+        /** outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS */ DEPTH = SPLAT_RASTERIZER_DEPTH,
+        /** it computes gradients */ BACKWARD = SPLAT_RASTERIZER_BACKWARD,
+        /** gradients from the depth; implies BACKWARD */ GRAD_DEPTH = SPLAT_RASTERIZER_GRAD_DEPTH,
+        /** the pose, for `Convention::GSPLAT`; implies BACKWARD */ GRAD_POSE = SPLAT_RASTERIZER_GRAD_POSE,
+        /** gradients of means2d; implies BACKWARD */ GRAD_MEANS2D = SPLAT_RASTERIZER_GRAD_MEANS2D,
+        /// `Convention::CONVENTION_3DGS`: the gradient of the original code with its three quirks
+        ORIGINAL_GRADIENT = SPLAT_RASTERIZER_ORIGINAL_GRADIENT,
+        /** output NORMALS */ NORMALS = SPLAT_RASTERIZER_NORMALS,
+        /** fx, fy, cx, cy; implies GRAD_POSE */ GRAD_INTRINSICS = SPLAT_RASTERIZER_GRAD_INTRINSICS,
+        /** contributions of a backward call; implies it */ CONTRIBUTIONS = SPLAT_RASTERIZER_CONTRIBUTIONS,
+        /** output IDS; implies DEPTH */ IDS = SPLAT_RASTERIZER_IDS,
+        /// blend by the distance of a mean to the camera, not by its depth; outputs of depth stay z
+        SORT_BY_DISTANCE = SPLAT_RASTERIZER_SORT_BY_DISTANCE,
+        /** alpha is 0 beyond 3 sigma of the dilated ellipse */ CUT_3_SIGMA = SPLAT_RASTERIZER_CUT_3_SIGMA,
+        /// colours are linear: `background` is sRGB and made linear, `Rasterizer::read_images` converts RGB to sRGB
+        /// (IEC 61966-2-1); tensors, `Rasterizer::read` and gradients stay linear
+        LINEAR_COLORS = SPLAT_RASTERIZER_LINEAR_COLORS,
+    }
+}
+
+flags! {
+    /// Work that is skipped because it does not change the image. Gaussians that a convention culls (see `Output`)
+    /// are always culled.
+    SkipFlags {
+        /** the region where alpha \< 1/255 */ OPACITY_EXTENT = SPLAT_SKIP_OPACITY_EXTENT,
+        /** tiles that the ellipse does not touch */ EXACT_TILES = SPLAT_SKIP_EXACT_TILES,
+        /** sorting Gaussians that reach no tile: too faint, too small */ CULL = SPLAT_SKIP_CULL,
+        /** blending where every pixel has stopped; not in plain kernels */ EARLY_OUT = SPLAT_SKIP_EARLY_OUT,
+        /// drawing if scene, cameras and background are unchanged; never for tensors, which may have been written
+        UNCHANGED = SPLAT_SKIP_UNCHANGED,
+        /** Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs */ BLOCKS = SPLAT_SKIP_BLOCKS,
+    }
+}
+
+number! {
+    /// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of
+    /// fewer than N, \[I,..\] takes the place of \[V,N,..\]: the views' ranges one after the other, I Gaussians in
+    /// all. Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image,
+    /// not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.
+    Output {
+        /** \[V,H,W,3\] colours over the background */ RGB = SPLAT_OUTPUT_RGB,
+        /** \[V,H,W\] sum of the weights */ ALPHA = SPLAT_OUTPUT_ALPHA,
+        /** \[V,H,W\] sum of weight * depth, scene units along z */ DEPTH = SPLAT_OUTPUT_DEPTH,
+        /** \[V,H,W\] depth / alpha */ EXPECTED_DEPTH = SPLAT_OUTPUT_EXPECTED_DEPTH,
+        /** \[V,H,W\] Gaussians of weight \> 0 */ CONTRIBUTORS = SPLAT_OUTPUT_CONTRIBUTORS,
+        /** \[V,N,2\] places of their means, pixels */ MEANS2D = SPLAT_OUTPUT_MEANS2D,
+        /** \[V,N,2\] half extents, pixels */ RADII = SPLAT_OUTPUT_RADII,
+        /** \[V,N,3\] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */ CONICS = SPLAT_OUTPUT_CONICS,
+        /** \[V,N\] depths of their means, scene units along z */ DEPTHS = SPLAT_OUTPUT_DEPTHS,
+        /** \[V,N\] 1, or 0 if culled */ VISIBILITY = SPLAT_OUTPUT_VISIBILITY,
+        /// \[V,H,W,3\] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
+        NORMALS = SPLAT_OUTPUT_NORMALS,
+        /// \[V,H,W\] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
+        IDS = SPLAT_OUTPUT_IDS,
+    }
+}
+
+flags! {
+    /// What becomes of gradients.
+    GradientsFlags {
+        /// add gradients to the tensors' contents instead of overwriting them
+        ACCUMULATE = SPLAT_GRADIENTS_ACCUMULATE,
+    }
+}
+
+number! {
+    /// A format of image files.
+    ImageFormat {
+        /** 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0 */ PNG = SPLAT_IMAGE_PNG,
+        /** float32 \[height,width,channels\]; U8 is divided by 255 */ NPY = SPLAT_IMAGE_NPY,
+        /** animations: 252 colours, dithered; no alpha */ GIF = SPLAT_IMAGE_GIF,
+        /** 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0 */ PNG16 = SPLAT_IMAGE_PNG16,
+        /** animations: 8 bits without loss; sides up to 16383 */ WEBP = SPLAT_IMAGE_WEBP,
+    }
+}
+
+flags! {
+    /// Options of a picture.
+    PictureFlags {
+        /** use the largest centred square, not the object's */ WHOLE = SPLAT_PICTURE_WHOLE,
+    }
+}
+
+number! {
+    /// How the object was found.
+    Found {
+        /** by the mask that was given */ BY_MASK = SPLAT_FOUND_BY_MASK,
+        /** by an alpha that is not opaque everywhere */ BY_ALPHA = SPLAT_FOUND_BY_ALPHA,
+        /** by what differs from the colour of the picture's border */ BY_BORDER = SPLAT_FOUND_BY_BORDER,
+        /** the whole picture counts as the object */ NOTHING = SPLAT_FOUND_NOTHING,
+    }
+}
+
+flags! {
+    /// Warnings of a picture.
+    PictureWarnings {
+        /** nothing was found in a picture that was to be cut out */ NO_OBJECT = SPLAT_PICTURE_NO_OBJECT,
+        /// the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
+        FIELD_OF_VIEW = SPLAT_PICTURE_FIELD_OF_VIEW,
+        /** the object reaches the picture's border: a part is missing */ AT_BORDER = SPLAT_PICTURE_AT_BORDER,
+    }
+}
+
 flags! {
     /// How weights are read or written.
     WeightsFlags {
@@ -333,122 +449,6 @@ flags! {
         /** enable `Module::backward` */ GRADIENTS = SPLAT_MODULE_GRADIENTS,
         /** with GRADIENTS: also of inputs */ INPUT_GRADIENTS = SPLAT_MODULE_INPUT_GRADIENTS,
         /** dropout in a residual_block; an operator always applies it */ TRAINING = SPLAT_MODULE_TRAINING,
-    }
-}
-
-flags! {
-    /// Options of a picture.
-    PictureFlags {
-        /** use the largest centred square, not the object's */ WHOLE = SPLAT_PICTURE_WHOLE,
-    }
-}
-
-number! {
-    /// How the object was found.
-    Found {
-        /** by the mask that was given */ BY_MASK = SPLAT_FOUND_BY_MASK,
-        /** by an alpha that is not opaque everywhere */ BY_ALPHA = SPLAT_FOUND_BY_ALPHA,
-        /** by what differs from the colour of the picture's border */ BY_BORDER = SPLAT_FOUND_BY_BORDER,
-        /** the whole picture counts as the object */ NOTHING = SPLAT_FOUND_NOTHING,
-    }
-}
-
-flags! {
-    /// Warnings of a picture.
-    PictureWarnings {
-        /** nothing was found in a picture that was to be cut out */ NO_OBJECT = SPLAT_PICTURE_NO_OBJECT,
-        /// the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
-        FIELD_OF_VIEW = SPLAT_PICTURE_FIELD_OF_VIEW,
-        /** the object reaches the picture's border: a part is missing */ AT_BORDER = SPLAT_PICTURE_AT_BORDER,
-    }
-}
-
-number! {
-    /// Whose rules a rasterizer follows where renderers differ.
-    Convention {
-        /** Kerbl et al. 2023: extents of 3 sigma, quaternions as given */ CONVENTION_3DGS = SPLAT_CONVENTION_3DGS,
-        /** gsplat 1.6: exactly alpha \>= 1/255, quaternions normalised */ GSPLAT = SPLAT_CONVENTION_GSPLAT,
-    }
-}
-
-flags! {
-    /// What a rasterizer can do.
-    RasterizerFlags {
-        /** colours are RGB, not spherical harmonics */ DIRECT_COLORS = SPLAT_RASTERIZER_DIRECT_COLORS,
-        /** opacity compensates for the dilation */ ANTIALIASED = SPLAT_RASTERIZER_ANTIALIASED,
-        /** outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS */ DEPTH = SPLAT_RASTERIZER_DEPTH,
-        /** it computes gradients */ BACKWARD = SPLAT_RASTERIZER_BACKWARD,
-        /** gradients from the depth; implies BACKWARD */ GRAD_DEPTH = SPLAT_RASTERIZER_GRAD_DEPTH,
-        /** the pose, for `Convention::GSPLAT`; implies BACKWARD */ GRAD_POSE = SPLAT_RASTERIZER_GRAD_POSE,
-        /** gradients of means2d; implies BACKWARD */ GRAD_MEANS2D = SPLAT_RASTERIZER_GRAD_MEANS2D,
-        /// `Convention::CONVENTION_3DGS`: the gradient of the original code with its three quirks
-        ORIGINAL_GRADIENT = SPLAT_RASTERIZER_ORIGINAL_GRADIENT,
-        /** output NORMALS */ NORMALS = SPLAT_RASTERIZER_NORMALS,
-        /** fx, fy, cx, cy; implies GRAD_POSE */ GRAD_INTRINSICS = SPLAT_RASTERIZER_GRAD_INTRINSICS,
-        /** contributions of a backward call; implies it */ CONTRIBUTIONS = SPLAT_RASTERIZER_CONTRIBUTIONS,
-        /** output IDS; implies DEPTH */ IDS = SPLAT_RASTERIZER_IDS,
-        /// blend by the distance of a mean to the camera, not by its depth; outputs of depth stay z
-        SORT_BY_DISTANCE = SPLAT_RASTERIZER_SORT_BY_DISTANCE,
-        /** alpha is 0 beyond 3 sigma of the dilated ellipse */ CUT_3_SIGMA = SPLAT_RASTERIZER_CUT_3_SIGMA,
-        /// colours are linear: `background` is sRGB and made linear, `Rasterizer::read_images` converts RGB to sRGB
-        /// (IEC 61966-2-1); tensors, `Rasterizer::read` and gradients stay linear
-        LINEAR_COLORS = SPLAT_RASTERIZER_LINEAR_COLORS,
-    }
-}
-
-flags! {
-    /// Work that is skipped because it does not change the image. Gaussians that a convention culls (see `Output`)
-    /// are always culled.
-    SkipFlags {
-        /** the region where alpha \< 1/255 */ OPACITY_EXTENT = SPLAT_SKIP_OPACITY_EXTENT,
-        /** tiles that the ellipse does not touch */ EXACT_TILES = SPLAT_SKIP_EXACT_TILES,
-        /** sorting Gaussians that reach no tile: too faint, too small */ CULL = SPLAT_SKIP_CULL,
-        /** blending where every pixel has stopped; not in plain kernels */ EARLY_OUT = SPLAT_SKIP_EARLY_OUT,
-        /// drawing if scene, cameras and background are unchanged; never for tensors, which may have been written
-        UNCHANGED = SPLAT_SKIP_UNCHANGED,
-        /** Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs */ BLOCKS = SPLAT_SKIP_BLOCKS,
-    }
-}
-
-number! {
-    /// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. If a view saw a range of
-    /// fewer than N, \[I,..\] takes the place of \[V,N,..\]: the views' ranges one after the other, I Gaussians in
-    /// all. Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image,
-    /// not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.
-    Output {
-        /** \[V,H,W,3\] colours over the background */ RGB = SPLAT_OUTPUT_RGB,
-        /** \[V,H,W\] sum of the weights */ ALPHA = SPLAT_OUTPUT_ALPHA,
-        /** \[V,H,W\] sum of weight * depth, scene units along z */ DEPTH = SPLAT_OUTPUT_DEPTH,
-        /** \[V,H,W\] depth / alpha */ EXPECTED_DEPTH = SPLAT_OUTPUT_EXPECTED_DEPTH,
-        /** \[V,H,W\] Gaussians of weight \> 0 */ CONTRIBUTORS = SPLAT_OUTPUT_CONTRIBUTORS,
-        /** \[V,N,2\] places of their means, pixels */ MEANS2D = SPLAT_OUTPUT_MEANS2D,
-        /** \[V,N,2\] half extents, pixels */ RADII = SPLAT_OUTPUT_RADII,
-        /** \[V,N,3\] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */ CONICS = SPLAT_OUTPUT_CONICS,
-        /** \[V,N\] depths of their means, scene units along z */ DEPTHS = SPLAT_OUTPUT_DEPTHS,
-        /** \[V,N\] 1, or 0 if culled */ VISIBILITY = SPLAT_OUTPUT_VISIBILITY,
-        /// \[V,H,W,3\] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
-        NORMALS = SPLAT_OUTPUT_NORMALS,
-        /// \[V,H,W\] Gaussian of the largest weight, from 0 for the first of the whole set; -1: none
-        IDS = SPLAT_OUTPUT_IDS,
-    }
-}
-
-flags! {
-    /// What becomes of gradients.
-    GradientsFlags {
-        /// add gradients to the tensors' contents instead of overwriting them
-        ACCUMULATE = SPLAT_GRADIENTS_ACCUMULATE,
-    }
-}
-
-number! {
-    /// A format of image files.
-    ImageFormat {
-        /** 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0 */ PNG = SPLAT_IMAGE_PNG,
-        /** float32 \[height,width,channels\]; U8 is divided by 255 */ NPY = SPLAT_IMAGE_NPY,
-        /** animations: 252 colours, dithered; no alpha */ GIF = SPLAT_IMAGE_GIF,
-        /** 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0 */ PNG16 = SPLAT_IMAGE_PNG16,
-        /** animations: 8 bits without loss; sides up to 16383 */ WEBP = SPLAT_IMAGE_WEBP,
     }
 }
 
@@ -766,7 +766,8 @@ output! {
         /** input images of an object */ views: u32 = raw.views,
         /** R: images have R x R pixels */ resolution: u32 = raw.resolution,
         /** channels of the images that a pass takes */ channels: u32 = raw.channels,
-        /** channels of "images": no plane of origin distances */ image_channels: u32 = raw.image_channels,
+        /// channels of "images": no plane of origin distances, nor of depths in scene units
+        image_channels: u32 = raw.image_channels,
         /** channels of "raw" */ output_channels: u32 = raw.output_channels,
         /** M: Gaussians of an object */ gaussians: u32 = raw.gaussians,
         /** degree of the spherical harmonics; K = (sh_degree + 1)^2 */ sh_degree: u32 = raw.sh_degree,
@@ -802,15 +803,19 @@ output! {
         /** pictures of one prediction */ views: u32 = raw.views,
         /** R: the network sees squares of R x R pixels */ resolution: u32 = raw.resolution,
         /** channels of the network's input */ channels: u32 = raw.channels,
-        /** true: it takes a depth map */ depth: bool = raw.depth != 0,
+        /** true: it takes a depth map, for the network or for its head */ depth: bool = raw.depth != 0,
         /** true: it takes a normal map */ normal: bool = raw.normal != 0,
         /** true: it takes the object's mask, which is always found */ mask: bool = raw.mask != 0,
         /** true: it takes the distance of the object's origin */ origin_distance: bool = raw.origin_distance != 0,
-        /** views * R * R Gaussians; a scene gets the visible ones */ gaussians: u64 = raw.gaussians,
+        /// views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible ones
+        gaussians: u64 = raw.gaussians,
         /** degree of the spherical harmonics, 0 to 3 */ sh_degree: u32 = raw.sh_degree,
         /** colour behind the object, 0 to 1 */ background: [f32; 3] = raw.background,
         /** across the square; 0: each view has a focal length of its own */ fov_degrees: f64 = raw.fov_degrees,
         /** data.category, may be empty */ category: String = copied(raw.category),
+        /// true: it takes pictures whole, as if `PictureFlags::WHOLE` were set, over the background only where a mask
+        /// or an alpha is given: its head takes the depth of each pixel, of a map in the proportion of the image
+        whole: bool = raw.whole != 0,
     }
 }
 
