@@ -5,6 +5,7 @@
 
 #include "core/checked_math.h"
 #include "core/finite.h"
+#include "core/log.h"
 #include "model/lgm_unet.h"
 #include "ops/gaussian_head.h"
 #include "ops/gaussian_rows.h"
@@ -44,6 +45,16 @@ Result<vk::CommandList> exchange_list(vk::Context& context, const vk::BufferView
     return recorder.finish();
 }
 
+/// Before any of it is allocated.
+void tell_memory(const nn::Graph& graph) {
+    const nn::Graph::Bytes bytes = graph.forward_bytes();
+    const auto mib = [](std::uint64_t count) { return static_cast<double>(count) / (1 << 20); };
+    log(LogLevel::kInfo,
+        format("the network has %llu weights, %.0f MiB on the device; a forward pass of one object "
+               "takes about %.0f MiB more",
+               llu(bytes.parameters / sizeof(float)), mib(bytes.parameters), mib(bytes.pass)));
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelConfig& config,
@@ -51,6 +62,7 @@ Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelCo
     SPLAT_TRY(check(config));
     std::unique_ptr<Model> made(new Model(context, config, options, 1));
     SPLAT_TRY(made->build());
+    tell_memory(made->graph_);
     for (std::uint32_t slice = made->objects_that_fit();; --slice) {
         if (options.objects % slice != 0) continue;
         if (made->slice_ != slice) {
@@ -106,7 +118,10 @@ Status Model::plan() {
     nn::ExecutorDesc desc;
     desc.outputs = outputs_;
     desc.outputs.push_back(raw_);
-    desc.keep_prepared = options_.keep_prepared;
+    // Larger weights would take up to four times their memory once more.
+    constexpr std::uint64_t kMostKeptWeights = std::uint64_t{1} << 30;
+    desc.keep_prepared =
+        options_.keep_prepared && graph_.forward_bytes().parameters <= kMostKeptWeights;
     desc.recompute = options_.recompute;
     desc.backward_parts = options_.backward_parts;
     desc.backward = options_.gradients;

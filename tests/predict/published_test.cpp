@@ -123,8 +123,8 @@ TEST(Published, NamesTheNearestAndWhatDiffers) {
     add(other, "network_with_offset.encoder.enc.0x0_conv.weight", {1, 1, 1, 1});
     add(other, "ray_dirs", {0});
     EXPECT_EQ(published_fit(other, "model_cars.pth").sentence(),
-              "it is no network of Splatter Image: it has no tensor "
-              "'network_with_offset.encoder.enc.RxR_conv.weight'");
+              "it is no network of Splatter Image or LGM: it has no tensor "
+              "'network_with_offset.encoder.enc.RxR_conv.weight' and no 'unet.conv_in.weight'");
 }
 
 TEST(Published, LeavesTheFirstTrainingOut) {
