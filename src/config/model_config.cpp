@@ -39,6 +39,7 @@ Status check_unused_by_lgm(const ModelConfig& c) {
         {"data.origin_distances", c.origin_distance},
         {"cam_embd.embedding", c.embedding != Embedding::kNone},
         {"model.token_dim", c.token_dim > 0},
+        {"model.named_resolution", c.named_resolution != 0},
         {"opt.lora_finetune", c.lora.rank > 0},
     };
     for (const auto& [key, given] : unused)
