@@ -45,7 +45,8 @@ Status check_unused_by_lgm(const ModelConfig& c) {
     for (const auto& [key, given] : unused)
         if (given)
             return invalid(
-                "configuration: '%s' asks for what 'model.network' lgm_unet does not have; expected "
+                "configuration: '%s' asks for what 'model.network' lgm_unet does not have; "
+                "expected "
                 "the key's default",
                 key);
     if (c.fov_degrees == 0)
@@ -58,8 +59,8 @@ Status check_unused_by_lgm(const ModelConfig& c) {
 Status check_lgm(const ModelConfig& c) {
     SPLAT_TRY(check_unused_by_lgm(c));
     const LgmUnetConfig& n = c.lgm;
-    const auto levels = [](const char* key, std::size_t count, const char* other,
-                           std::size_t least, std::size_t most) -> Status {
+    const auto levels = [](const char* key, std::size_t count, const char* other, std::size_t least,
+                           std::size_t most) -> Status {
         if (count >= least && count <= most) return {};
         return invalid("configuration: '%s' has %zu levels, expected %zu to %zu%s", key, count,
                        least, most, other);

@@ -76,11 +76,10 @@ ValueId LgmUnet::attention(const std::string& name, ValueId x) {
     if (!graph_.status().ok()) return kNoValue;
     const Shape shape = graph_.value(x).shape;
     const std::uint32_t c = shape[1];
-    const ValueId qkv =
-        linear(name + ".attn.qkv", norm(name + ".norm", x, false), 3 * c, false);
+    const ValueId qkv = linear(name + ".attn.qkv", norm(name + ".norm", x, false), 3 * c, false);
     if (!graph_.status().ok()) return kNoValue;
-    const ValueId tokens = graph_.reshape(
-        qkv, {shape[0] / config_.views, 3 * c, config_.views * shape[2], shape[3]});
+    const ValueId tokens =
+        graph_.reshape(qkv, {shape[0] / config_.views, 3 * c, config_.views * shape[2], shape[3]});
     const std::vector<ValueId> parts = graph_.node("split3", {tokens}, {{"stacked", true}});
     if (!graph_.status().ok()) return kNoValue;
     const ValueId y = graph_.op("attention", {parts[0], parts[1], parts[2]},
@@ -173,8 +172,7 @@ ValueId LgmUnet::build(ValueId x) {
     const std::uint32_t out = config_.output_channels();
     x = conv("unet.conv_out", norm("unet.norm_out", x, true), out, 3);
     if (!graph_.status().ok()) return kNoValue;
-    const ValueId weight =
-        parameter("conv.weight", {out, out, 1, 1}, {Init::Kind::kHeadWeight, 0});
+    const ValueId weight = parameter("conv.weight", {out, out, 1, 1}, {Init::Kind::kHeadWeight, 0});
     x = convolve(x, weight, parameter("conv.bias", {out}, {Init::Kind::kHeadBias, 0}), kNoValue);
     graph_.fail(check_parts(inits_, "opt.freeze", config_.frozen, ""));
     return x;

@@ -235,7 +235,7 @@ class Model {
                 embedding_ = nn::kNoValue, tokens_ = nn::kNoValue, counter_ = nn::kNoValue,
                 raw_ = nn::kNoValue;
     std::vector<std::pair<nn::ValueId, std::vector<float>>> constants_;  ///< inputs that stay
-    std::vector<nn::ValueId> outputs_;  ///< arrays of the set
+    std::vector<nn::ValueId> outputs_;                                   ///< arrays of the set
 };
 
 /// Directions [3,R,R] of the pixels' rays: x right, y down for the default inverted_y. Not divided by the

@@ -30,7 +30,8 @@ Status record_split3(vk::Recorder& recorder, const char* kernel, const QuadDims&
 
 constexpr Port kSplit3Outputs[] = {{"a"}, {"b"}, {"c"}};
 constexpr Attribute kSplit3Attributes[] = {
-    {"stacked", "boolean", "false", "the parts follow each other, in whole quads; else they are interleaved"},
+    {"stacked", "boolean", "false",
+     "the parts follow each other, in whole quads; else they are interleaved"},
 };
 
 /// The dimensions of each part.
@@ -81,8 +82,9 @@ Status split3_row_backward(vk::Recorder& recorder, const Attributes& attributes,
 }  // namespace
 
 const OpRow kSplit3Row = {.name = "split3",
-                          .equation = "a[n,c] = x[n,3c], b[n,c] = x[n,3c+1], c[n,c] = x[n,3c+2]; stacked: "
-                                      "x[n,c], x[n,C+c], x[n,2C+c]",
+                          .equation =
+                              "a[n,c] = x[n,3c], b[n,c] = x[n,3c+1], c[n,c] = x[n,3c+2]; stacked: "
+                              "x[n,c], x[n,C+c], x[n,2C+c]",
                           .inputs = kInputX,
                           .outputs = kSplit3Outputs,
                           .attributes = kSplit3Attributes,

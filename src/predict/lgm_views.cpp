@@ -48,7 +48,9 @@ void append_lgm_planes(const config::ModelConfig& network, std::span<const float
             planes[c * area + p] = static_cast<float>(
                 (static_cast<double>(image[c * area + p]) - kMean[c]) / kDeviation[c]);
     const auto row = [&](std::size_t i) {
-        const auto at = [&](std::size_t k) { return static_cast<double>(view_to_world[4 * i + k]); };
+        const auto at = [&](std::size_t k) {
+            return static_cast<double>(view_to_world[4 * i + k]);
+        };
         return scene::Vec3(at(0), -at(1), -at(2));  // right, up, back
     };
     const double half = static_cast<double>(r) / 2;

@@ -76,7 +76,8 @@ Status check_views(const config::ModelConfig& network, std::span<const PictureIn
     if (pictures.size() != network.views)
         return invalid(
             "%zu picture%s, expected %u: LGM's network takes views of one object from the front, "
-            "the right, the back and the left (azimuth 0, 90, 180, 270 degrees, level with it); make "
+            "the right, the back and the left (azimuth 0, 90, 180, 270 degrees, level with it); "
+            "make "
             "them from one picture with a multi-view diffusion model such as ImageDream, or render "
             "or photograph the object so",
             pictures.size(), pictures.size() == 1 ? "" : "s", network.views);
@@ -85,7 +86,8 @@ Status check_views(const config::ModelConfig& network, std::span<const PictureIn
         const io::Image& image = pictures[i].picture.image.image;
         if (image.width != first.width || image.height != first.height)
             return invalid(
-                "pictures[%zu] has %u x %u pixels, expected %u x %u as pictures[0]: the views of an "
+                "pictures[%zu] has %u x %u pixels, expected %u x %u as pictures[0]: the views of "
+                "an "
                 "object are seen by one camera",
                 i, image.width, image.height, first.width, first.height);
         if (pictures[i].world_to_camera.has_value() != pictures[0].world_to_camera.has_value())
@@ -121,7 +123,8 @@ Status add_cameras(const config::ModelConfig& network, std::span<const PictureIn
             camera.fx = whole.fx;
             camera.fy = whole.fy;
         }
-        camera.world_to_camera = given.world_to_camera.value_or(around ? own[poses.size()] : scene::kNoPose);
+        camera.world_to_camera =
+            given.world_to_camera.value_or(around ? own[poses.size()] : scene::kNoPose);
         SPLAT_TRY(scene::check_camera(camera));
         poses.push_back(scene::inverse_of_rigid(camera.world_to_camera));
         views.cameras.push_back(std::move(camera));

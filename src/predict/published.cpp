@@ -108,7 +108,8 @@ std::vector<Known> read_known_networks() {
                   0,
                   network.resolution,
                   config::head_of(network).name};
-        one.ray = std::abs(static_cast<double>(model::pixel_rays(network)[network.output_resolution() - 1]));
+        one.ray = std::abs(
+            static_cast<double>(model::pixel_rays(network)[network.output_resolution() - 1]));
         const bool second = std::ranges::any_of(known, [&one](const Known& other) {
             return other.category == one.category && other.traits == one.traits;
         });

@@ -67,7 +67,8 @@ TEST(LgmConfig, PresetsAreThePublishedOnes) {
                   std::tuple(p.first, p.deepest, p.down, p.up));
         EXPECT_EQ(std::tuple(n.znear, n.zfar, n.fov_degrees, n.opacity_threshold),
                   std::tuple(0.5F, 2.5F, 49.1F, 0.005F));
-        EXPECT_EQ(std::tuple(s.training.batch_size, s.training.targets), std::tuple(p.batch, p.targets));
+        EXPECT_EQ(std::tuple(s.training.batch_size, s.training.targets),
+                  std::tuple(p.batch, p.targets));
         EXPECT_TRUE(s.training.white_background);
         EXPECT_TRUE(n.direct);
     }
@@ -84,7 +85,8 @@ TEST(LgmConfig, RefusesWhatItHasNoPlaceFor) {
             "'opt.lora_finetune' asks for what 'model.network' lgm_unet does not have");
     refused("data.fov=0", "'data.fov' is 0, expected more than 0");
     refused("model.down=[32, 48]", "'model.down' is 48, expected multiples of 32, and of 64 with");
-    refused("model.down=[32]", "'model.down_attention' has 2 levels, expected 1 to 1, as model.down");
+    refused("model.down=[32]",
+            "'model.down_attention' has 2 levels, expected 1 to 1, as model.down");
     refused("model.up=[64, 32, 32]", "'model.up' has 3 levels, expected 1 to 2");
     refused("model.up=[]", "'model.up' has 0 levels, expected 1 to 2");
     refused("model.down_attention=[0, 2]", "'model.down_attention' is 2, expected 0 to 1");

@@ -47,8 +47,8 @@ io::NamedTensors state_of(const Golden& golden) {
     io::NamedTensors state;
     for (const std::string& name : golden.npz.names())
         if (name.starts_with(start)) {
-            EXPECT_OK(state.add({name.substr(start.size()), golden.dims(name),
-                                 io::NumberType::kF32, golden.floats(name)}));
+            EXPECT_OK(state.add({name.substr(start.size()), golden.dims(name), io::NumberType::kF32,
+                                 golden.floats(name)}));
         }
     return state;
 }
@@ -115,8 +115,8 @@ void Nets2::expect_gradients(const Golden& golden, Model& model) const {
             columns(golden.floats("grad_gaussians"), part.first, part.count);
         for (std::size_t i = 0; i < values.size(); ++i)
             values[i] = static_cast<float>(static_cast<double>(values[i]) / part.scale(i));
-        ASSERT_OK(context().write(gradients.*part.view, values.data(),
-                                  values.size() * sizeof(float)));
+        ASSERT_OK(
+            context().write(gradients.*part.view, values.data(), values.size() * sizeof(float)));
     }
     ASSERT_OK(model.backward());
     std::size_t compared = 0;
@@ -130,9 +130,8 @@ void Nets2::expect_gradients(const Golden& golden, Model& model) const {
     const auto given = static_cast<std::size_t>(std::ranges::count_if(
         names, [](const std::string& name) { return name.starts_with("grad."); }));
     EXPECT_EQ(compared + 1, given) << "all of the file's gradients, but for the input's";
-    expect_relative(golden.name + " grad.input",
-                    need(model.input_gradient(Model::Input::kImages)), golden.doubles("grad.input"),
-                    kGradient);
+    expect_relative(golden.name + " grad.input", need(model.input_gradient(Model::Input::kImages)),
+                    golden.doubles("grad.input"), kGradient);
 }
 
 void Nets2::run(const Golden& golden) const {

@@ -88,7 +88,10 @@ TEST(LgmViews, PlanesAreColoursAndRaysOfTheFourPoses) {
                 EXPECT_NEAR(at(3 + k), moment[k], 1e-6) << view << " " << p;
                 EXPECT_NEAR(at(6 + k), d[k], 1e-6) << view << " " << p;
                 const double shade = static_cast<double>(
-                    made.views.images[(3 * static_cast<std::size_t>(view) + static_cast<std::size_t>(k)) * area + p]);
+                    made.views
+                        .images[(3 * static_cast<std::size_t>(view) + static_cast<std::size_t>(k)) *
+                                    area +
+                                p]);
                 EXPECT_NEAR(at(k), (shade - kMean[k]) / kDeviation[k], 1e-5);
             }
         }

@@ -109,9 +109,10 @@ TEST(Published, FindsLgmAndTellsItFromOthers) {
                   Names{name});
     config::ModelConfig other = network_of("lgm-tiny");
     other.lgm.up[2] = 64;
-    EXPECT_EQ(published_fit(lgm_file(other), "x").sentence(),
-              "its tensors fit no published configuration; the nearest is lgm-tiny, but model.up is "
-              "[512, 256, 64] (there [512, 256, 128])");
+    EXPECT_EQ(
+        published_fit(lgm_file(other), "x").sentence(),
+        "its tensors fit no published configuration; the nearest is lgm-tiny, but model.up is "
+        "[512, 256, 64] (there [512, 256, 128])");
     const config::ModelConfig cars = network_of("cars"), big = network_of("lgm-big");
     EXPECT_ERROR(expect_head(lgm_file(big), cars), Code::kFormat,
                  "the weights are of another network than the configuration's: its tensors fit the "

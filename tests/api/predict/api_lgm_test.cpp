@@ -75,9 +75,10 @@ TEST_F(ApiLgm, RefusesOtherPicturesAndWeights) {
     desc.weights = weights_.get();
     desc.config = "{}";
     Predictor song;
-    EXPECT_REFUSED(splat_predictor_create(device_, &desc, song.out()), SPLAT_ERROR_FORMAT,
-                   "the weights are of another network than the configuration's: its tensors fit no "
-                   "published configuration; the nearest is lgm-");
+    EXPECT_REFUSED(
+        splat_predictor_create(device_, &desc, song.out()), SPLAT_ERROR_FORMAT,
+        "the weights are of another network than the configuration's: its tensors fit no "
+        "published configuration; the nearest is lgm-");
 }
 
 }  // namespace

@@ -45,7 +45,8 @@ void set_verbose(bool verbose) {
 }
 
 ShowInfo::ShowInfo() {
-    if (g_level > SPLAT_LOG_INFO) check(splat_log_set_callback(print_message, nullptr, SPLAT_LOG_INFO));
+    if (g_level > SPLAT_LOG_INFO)
+        check(splat_log_set_callback(print_message, nullptr, SPLAT_LOG_INFO));
 }
 
 ShowInfo::~ShowInfo() {

@@ -68,10 +68,12 @@ void check_options(const CLI::App& command, const PredictionOptions& options) {
                       "--elevation goes with a picture; the data set places its cameras itself");
     if (!options.data.empty() && !options.true_depth.empty())
         throw Failure(kUsageError, "--true-depth goes with a picture, not with --data");
-    for (const char* name : {"--mask", "--depth", "--normal", "--embedding", "--tokens", "--mask-preset",
-                             "--mask-model", "--foreground", "--true-depth", "--aggregate"})
+    for (const char* name :
+         {"--mask", "--depth", "--normal", "--embedding", "--tokens", "--mask-preset",
+          "--mask-model", "--foreground", "--true-depth", "--aggregate"})
         if (options.images.size() > 1 && command.count(name) != 0)
-            throw Failure(kUsageError, std::string(name) + " goes with one IMAGE, not with several");
+            throw Failure(kUsageError,
+                          std::string(name) + " goes with one IMAGE, not with several");
     const bool cut = options.whole || options.foreground || !options.mask.empty() ||
                      !options.depth.empty() || !options.normal.empty() ||
                      !options.embedding.empty() || !options.tokens.empty() || options.focal ||
@@ -102,8 +104,8 @@ void check_targets(const PredictionOptions& o) {
     const auto check = [&o](const std::string& path) {
         check_target(path, true, o.images);
         check_target(path, true,
-                     {o.mask, o.depth, o.normal, o.embedding, o.tokens, o.true_depth,
-                      o.weights, o.config, o.adapters});
+                     {o.mask, o.depth, o.normal, o.embedding, o.tokens, o.true_depth, o.weights,
+                      o.config, o.adapters});
     };
     for (const char* name : {"scene.ply", "input.png", "orbit.png", "sheet.png", "report.html"})
         check(o.out + "/" + name);
@@ -180,9 +182,10 @@ void add_predict(CLI::App& app, int& exit_code) {
     auto json = std::make_shared<bool>(false);
     PredictionOptions& o = *options;
     command
-        ->add_option("IMAGE", o.images,
-                     "Picture of one object (PNG, JPEG, WebP); or its views, for networks that take "
-                     "several")
+        ->add_option(
+            "IMAGE", o.images,
+            "Picture of one object (PNG, JPEG, WebP); or its views, for networks that take "
+            "several")
         ->type_name("");
     command
         ->add_option("--data", o.data, "Folder of a data set that has the object, instead of IMAGE")

@@ -20,7 +20,8 @@ void add_network_options(CLI::App& command, std::string& config, std::string& ad
     command
         .add_option(
             "--config,--model", config,
-            "Configuration of the network, a file or the name of a published one; default: that of the adapters, NAME.json\n"
+            "Configuration of the network, a file or the name of a published one; default: that of "
+            "the adapters, NAME.json\n"
             "beside them; else that beside the weights, the first that is there of\n"
             "NAME.json, NAME.yaml, config.json and config.yaml; else the published one that\n"
             "the weights fit, by tensors, file name or hash ('vkrun config presets')")
@@ -64,16 +65,18 @@ bool is_lgm(const Json& config) {
 }
 
 void warn_of_old_weights(const NetworkFiles& files) {
-    constexpr std::uintmax_t kLeast = 829'000'000, kMost = 832'000'000;  // bytes; hashing takes seconds
+    constexpr std::uintmax_t kLeast = 829'000'000,
+                             kMost = 832'000'000;  // bytes; hashing takes seconds
     std::error_code none;
     const std::uintmax_t bytes =
         std::filesystem::file_size(splat::os::path_of(files.weights), none);
     if (!is_lgm(files.config) || none || bytes < kLeast || bytes > kMost) return;
     if (sha256_of_file(files.weights) != kLgmBeforeFix) return;
-    std::fprintf(stderr,
-                 "vkrun: warning: '%s' is LGM's model_fp16.safetensors from before its rotations were "
-                 "corrected: scenes will have wrong rotations; take model_fp16_fixrot.safetensors\n",
-                 files.weights.c_str());
+    std::fprintf(
+        stderr,
+        "vkrun: warning: '%s' is LGM's model_fp16.safetensors from before its rotations were "
+        "corrected: scenes will have wrong rotations; take model_fp16_fixrot.safetensors\n",
+        files.weights.c_str());
 }
 
 splat_convention convention_of(const std::string& name) {

@@ -304,12 +304,13 @@ void check_pictures(const PredictionOptions& options, const Json& config) {
     if (!is_lgm(config))
         throw Failure(kUsageError,
                       counts + (views == 1 ? "" : ", with their poses: predict from --data"));
-    throw Failure(kUsageError,
-                  counts +
-                      ": views of one object from the front, the right, the back and the left "
-                      "(azimuth 0, 90, 180, 270 degrees, level with it); make them from one picture "
-                      "with a multi-view diffusion model such as ImageDream, or render or photograph "
-                      "the object so");
+    throw Failure(
+        kUsageError,
+        counts +
+            ": views of one object from the front, the right, the back and the left "
+            "(azimuth 0, 90, 180, 270 degrees, level with it); make them from one picture "
+            "with a multi-view diffusion model such as ImageDream, or render or photograph "
+            "the object so");
 }
 
 std::string weights_of(const PredictionOptions& options) {
