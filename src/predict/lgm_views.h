@@ -21,8 +21,8 @@ std::vector<scene::Mat4> poses_around(const config::ModelConfig& network, std::u
 /// Move the origin of views, relative to the first, there. Cameras are not changed.
 void move_origin(const config::ModelConfig& network, Views& views);
 
-/// Append what the network sees of a view, [9,R,R]: the image [3,R,R] as ImageNet's mean and deviation normalise it, o x
-/// d, and d, where o and d are the origin and the unit direction of each pixel's ray in the axes right, up, back.
+/// Append what the network sees of a view, [9,R,R]: the image [3,R,R] as ImageNet's mean and deviation normalise it,
+/// o x d, and d, where o and d are the origin and the unit direction of each pixel's ray in the axes right, up, back.
 void append_lgm_planes(const config::ModelConfig& network, std::span<const float> image,
                        std::span<const float> view_to_world, std::vector<float>& inputs);
 
