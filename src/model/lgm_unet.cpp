@@ -8,13 +8,14 @@ namespace {
 using nn::kNoValue;
 using nn::ValueId;
 
-constexpr double kSkipScale = 0.70710678118654752;  // sqrt(1/2): keeps the variance of a sum of two
-constexpr double kEps = 1e-5;
+constexpr double kRootOfHalf =
+    0.70710678118654752;  // sqrt(1/2): keeps the variance of a sum of two
+constexpr double kNormEps = 1e-5;
 
 /// PyTorch's initial weights of convolutions and linear layers; biases start at zero here, as everywhere in this layer.
 const Init kWeight{Init::Kind::kUniformColumns, 1};
-const Init kZero{Init::Kind::kConstant, 0};
-const Init kOne{Init::Kind::kConstant, 1};
+const Init kNoBias{Init::Kind::kConstant, 0};
+const Init kUnitGain{Init::Kind::kConstant, 1};
 
 std::string numbered(const std::string& name, std::size_t number) {
     return name + "." + std::to_string(number);
@@ -32,14 +33,14 @@ ValueId LgmUnet::convolve(ValueId x, ValueId weight, ValueId bias, ValueId resid
     if (!graph_.status().ok()) return kNoValue;
     const auto precision = static_cast<std::int64_t>(options_.precision) + 1;  // 0: no table
     return graph_.op("conv2d", {x, weight, bias, residual},
-                     {{"scale", residual == kNoValue ? 1 : kSkipScale}, {"precision", precision}});
+                     {{"scale", residual == kNoValue ? 1 : kRootOfHalf}, {"precision", precision}});
 }
 
 ValueId LgmUnet::conv(const std::string& name, ValueId x, std::uint32_t out, std::uint32_t kernel,
                       ValueId residual) {
     if (!graph_.status().ok()) return kNoValue;
     const ValueId weight = parameter(name + ".weight", {out, channels(x), kernel, kernel}, kWeight);
-    return convolve(x, weight, parameter(name + ".bias", {out}, kZero), residual);
+    return convolve(x, weight, parameter(name + ".bias", {out}, kNoBias), residual);
 }
 
 /// Of the channels of each pixel; the published weight has two dimensions.
@@ -49,7 +50,7 @@ ValueId LgmUnet::linear(const std::string& name, ValueId x, std::uint32_t out, b
     const std::uint32_t c = channels(x);
     const ValueId weight = parameter(name + ".weight", {out, c}, kWeight);
     return convolve(x, graph_.reshape(weight, {out, c, 1, 1}),
-                    bias ? parameter(name + ".bias", {out}, kZero) : kNoValue, residual);
+                    bias ? parameter(name + ".bias", {out}, kNoBias) : kNoValue, residual);
 }
 
 ValueId LgmUnet::norm(const std::string& name, ValueId x, bool silu) {
@@ -57,8 +58,10 @@ ValueId LgmUnet::norm(const std::string& name, ValueId x, bool silu) {
     const std::uint32_t c = channels(x);
     return graph_.op(
         "group_norm",
-        {x, parameter(name + ".weight", {c}, kOne), parameter(name + ".bias", {c}, kZero)},
-        {{"groups", std::int64_t{config::LgmUnetConfig::kGroups}}, {"eps", kEps}, {"silu", silu}});
+        {x, parameter(name + ".weight", {c}, kUnitGain), parameter(name + ".bias", {c}, kNoBias)},
+        {{"groups", std::int64_t{config::LgmUnetConfig::kGroups}},
+         {"eps", kNormEps},
+         {"silu", silu}});
 }
 
 /// y = (conv2(silu(norm2(conv1(silu(norm1(x)))))) + shortcut(x)) / sqrt(2).

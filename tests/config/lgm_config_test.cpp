@@ -13,31 +13,31 @@ using config::ModelConfig;
 using config::Network;
 using Levels = std::vector<std::uint32_t>;
 
-constexpr const char* kSmall =
+constexpr const char* kSmallLgm =
     "{network: lgm_unet, head: lgm, down: [32, 64], down_attention: [0, 1], up: [64], "
     "up_attention: [1]}";
 
-Result<ModelConfig> read(const std::string& yaml) {
+Result<ModelConfig> read_lgm(const std::string& yaml) {
     SPLAT_ASSIGN(const Config config, read_yaml_config(yaml, "test.yaml"));
     return config::model_config(config);
 }
 
-Result<ModelConfig> changed(const std::string& change) {
+Result<ModelConfig> changed_lgm(const std::string& change) {
     SPLAT_ASSIGN(const Config base,
-                 read_yaml_config(std::string("model: ") + kSmall + "\n", "test.yaml"));
+                 read_yaml_config(std::string("model: ") + kSmallLgm + "\n", "test.yaml"));
     SPLAT_ASSIGN(const Config config, config::with_values(base, {&change, 1}));
     return config::model_config(config);
 }
 
 TEST(LgmConfig, IsReadWrittenAndReadAgain) {
-    const ModelConfig c = need(read(std::string("model: ") + kSmall));
+    const ModelConfig c = need(read_lgm(std::string("model: ") + kSmallLgm));
     EXPECT_EQ(c.network, Network::kLgmUnet);
     EXPECT_EQ(c.lgm.down, (Levels{32, 64}));
     EXPECT_EQ(c.output_resolution(), 64U);
     EXPECT_EQ(std::tuple(c.image_channels(), c.input_channels(), c.output_channels()),
               std::tuple(9U, 9U, 14U));
     const std::string text = config::config_text(c);
-    const ModelConfig again = need(read(text));
+    const ModelConfig again = need(read_lgm(text));
     EXPECT_EQ(config::config_text(again), text);
     EXPECT_EQ(again.lgm.up_attention, Levels{1});
     const std::string other = config::config_text(ModelConfig());
@@ -76,7 +76,7 @@ TEST(LgmConfig, PresetsAreThePublishedOnes) {
 
 TEST(LgmConfig, RefusesWhatItHasNoPlaceFor) {
     const auto refused = [](const char* change, const char* sentence) {
-        EXPECT_ERROR(changed(change), Code::kInvalidArgument, sentence);
+        EXPECT_ERROR(changed_lgm(change), Code::kInvalidArgument, sentence);
     };
     refused("data.use_pred_depth=true", "'data.use_pred_depth' asks for what");
     refused("data.use_mask=true", "'data.use_mask' asks for what");
@@ -98,7 +98,7 @@ TEST(LgmConfig, WarnsOfKeysOfTheOtherNetwork) {
     const auto warnings = [](const std::string& text) {
         return need(config::training_warnings(need(read_yaml_config(text, "test.yaml"))));
     };
-    const std::string keys(kSmall);
+    const std::string keys(kSmallLgm);
     const std::string more = keys.substr(0, keys.size() - 1);
     EXPECT_TRUE(warnings("model: " + keys).empty());
     for (const char* key : {"base_dim: 64", "num_blocks: 2", "inverted_x: true", "dropout: 0.2"}) {

@@ -34,7 +34,7 @@ config::ModelConfig small_lgm() {
     return c;
 }
 
-PictureInput picture(std::uint32_t side = 40, std::uint16_t shade = 100) {
+PictureInput view_of_shade(std::uint32_t side = 40, std::uint16_t shade = 100) {
     io::Image image;
     image.width = image.height = side;
     image.channels = 3;
@@ -46,12 +46,13 @@ PictureInput picture(std::uint32_t side = 40, std::uint16_t shade = 100) {
     return input;
 }
 
-Result<PictureViews> views_of(std::vector<PictureInput> pictures) {
+Result<PictureViews> lgm_views_of(std::vector<PictureInput> pictures) {
     return views_of_pictures(small_lgm(), {1, 1, 1}, pictures);
 }
 
-std::vector<PictureInput> four() {
-    return {picture(), picture(40, 120), picture(40, 140), picture(40, 160)};
+std::vector<PictureInput> four_views() {
+    return {view_of_shade(), view_of_shade(40, 120), view_of_shade(40, 140),
+            view_of_shade(40, 160)};
 }
 
 /// kiui's orbit_camera(elevation 0, azimuth): a camera-to-world pose in OpenGL's axes.
@@ -67,7 +68,7 @@ struct Orbit {
 };
 
 TEST(LgmViews, PlanesAreColoursAndRaysOfTheFourPoses) {
-    const PictureViews made = need(views_of(four()));
+    const PictureViews made = need(lgm_views_of(four_views()));
     const std::size_t r = 32, area = r * r;
     ASSERT_EQ(made.views.inputs.size(), 4 * 9 * area);
     const double f = 16 / std::tan(49.1 / 2 * std::numbers::pi / 180);
@@ -99,7 +100,7 @@ TEST(LgmViews, PlanesAreColoursAndRaysOfTheFourPoses) {
 }
 
 TEST(LgmViews, CamerasLookAtTheOriginFromFourSides) {
-    const PictureViews made = need(views_of(four()));
+    const PictureViews made = need(lgm_views_of(four_views()));
     const Vec3 expected[] = {{0, 0, -1.5}, {1.5, 0, 0}, {0, 0, 1.5}, {-1.5, 0, 0}};
     ASSERT_EQ(made.views.cameras.size(), 4U);
     for (std::size_t i = 0; i < 4; ++i)
@@ -109,29 +110,29 @@ TEST(LgmViews, CamerasLookAtTheOriginFromFourSides) {
 
 /// Poses of the caller give the same as those that are taken without: only their relation counts.
 TEST(LgmViews, GivenPosesAreRelativeToTheFirst) {
-    std::vector<PictureInput> pictures = four();
+    std::vector<PictureInput> pictures = four_views();
     const std::vector<scene::Mat4> poses = poses_around(small_lgm(), 4);
     for (std::size_t i = 0; i < 4; ++i)
         pictures[i].world_to_camera = scene::inverse_of_rigid(scene::inverse_of_rigid(poses[i]));
-    const PictureViews given = need(views_of(pictures)), own = need(views_of(four()));
+    const PictureViews given = need(lgm_views_of(pictures)), own = need(lgm_views_of(four_views()));
     for (std::size_t i = 0; i < own.views.inputs.size(); ++i)
         ASSERT_NEAR(given.views.inputs[i], own.views.inputs[i], 1e-6) << i;
     pictures[2].world_to_camera.reset();
-    EXPECT_ERROR(views_of(pictures), Code::kInvalidArgument,
+    EXPECT_ERROR(lgm_views_of(pictures), Code::kInvalidArgument,
                  "pictures[2]: a pose is missing, unlike that of pictures[0]");
 }
 
 TEST(LgmViews, RefusesWhatIsNotFourViewsOfOneSize) {
-    EXPECT_ERROR(views_of({picture()}), Code::kInvalidArgument,
+    EXPECT_ERROR(lgm_views_of({view_of_shade()}), Code::kInvalidArgument,
                  "1 picture, expected 4: LGM's network takes views of one object from the front, "
                  "the right, the back and the left");
-    std::vector<PictureInput> pictures = four();
-    pictures[3] = picture(48);
-    EXPECT_ERROR(views_of(pictures), Code::kInvalidArgument,
+    std::vector<PictureInput> pictures = four_views();
+    pictures[3] = view_of_shade(48);
+    EXPECT_ERROR(lgm_views_of(pictures), Code::kInvalidArgument,
                  "pictures[3] has 48 x 48 pixels, expected 40 x 40 as pictures[0]");
-    pictures = four();
+    pictures = four_views();
     pictures[1].crop = true;
-    EXPECT_ERROR(views_of(pictures), Code::kInvalidArgument,
+    EXPECT_ERROR(lgm_views_of(pictures), Code::kInvalidArgument,
                  "one of 4 views is to be cut out, expected whole pictures");
 }
 
@@ -150,7 +151,7 @@ class LgmPredictor : public testing::Test {
 
 /// Direct colours become coefficients of degree 0 once, and a file of the scene shows what the network meant.
 TEST_F(LgmPredictor, SceneOfAFileIsDrawnAsThePrediction) {
-    const PictureViews pictures = need(views_of(four()));
+    const PictureViews pictures = need(lgm_views_of(four_views()));
     ASSERT_OK(predictor_->predict(pictures.views));
     const auto images = need(predictor_->draw(pictures.views.cameras));
     const auto made = need(predictor_->scene());
@@ -188,7 +189,7 @@ TEST_F(LgmPredictor, SceneOfAFileIsDrawnAsThePrediction) {
 
 /// Each view counts, and the frame is that of scenes: what the network puts up is up.
 TEST_F(LgmPredictor, AllViewsAreSeen) {
-    const PictureViews pictures = need(views_of(four()));
+    const PictureViews pictures = need(lgm_views_of(four_views()));
     ASSERT_OK(predictor_->predict(pictures.views));
     const auto before = need(predictor_->scene());
     PictureViews other = pictures;

@@ -153,7 +153,7 @@ TEST_F(PredictorTest, TellsAnOutputThatIsNotFinite) {
 }
 
 /// A small network with the inputs of F3D-Gaus.
-config::ModelConfig depth_network() {
+config::ModelConfig aggregated_network() {
     config::ModelConfig config = test::small_config();
     config.positions = kHeadInputDepth;
     config.mask = true;
@@ -167,7 +167,7 @@ config::ModelConfig depth_network() {
 
 /// The first camera and those of the orbit look at the middle of the depths from the same distance.
 TEST_F(PredictorTest, AggregationLooksFromAnOrbit) {
-    const config::ModelConfig config = depth_network();
+    const config::ModelConfig config = aggregated_network();
     const auto cameras = need(orbit_of_aggregation(config, 8));
     ASSERT_EQ(cameras.size(), 8U);
     for (const scene::Camera& camera : cameras) {
@@ -187,7 +187,7 @@ TEST_F(PredictorTest, AggregationLooksFromAnOrbit) {
 }
 
 TEST_F(PredictorTest, AggregationJoinsWhatDrawnViewsGive) {
-    settings_.network = depth_network();
+    settings_.network = aggregated_network();
     auto plain = need(model::Model::create(*context_, settings_.network, {}));
     EXPECT_OK(plain->init(7));
     io::WeightsFile file;
