@@ -134,6 +134,7 @@ ImageChannels channels_of(const ModelConfig& config) {
 }
 
 ImageChannels likely_channels(const ModelConfig& config, const NamedTensors& tensors) {
+    if (config.network == config::Network::kLgmUnet) return channels_of(config);
     const std::string name = first_conv_name(config);
     const std::string end =
         name.substr(name.find(".encoder."));  // the same for networks with and without offset
