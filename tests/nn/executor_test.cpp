@@ -310,8 +310,10 @@ TEST_P(ExecutorRules, MemoryIsToldBeforeItIsAllocated) {
     }
     auto parameters = Parameters::create(context(), graph, false);
     ASSERT_OK(parameters.status());
-    const auto executor = need(Executor::create(context(), graph, parameters.value(),
-                                                {.outputs = {y}, .keep_prepared = false}));
+    ExecutorDesc desc;
+    desc.outputs = {y};
+    desc.keep_prepared = false;
+    const auto executor = need(Executor::create(context(), graph, parameters.value(), desc));
     const Graph::Bytes told = graph.forward_bytes();
     EXPECT_EQ(told.parameters, std::uint64_t{8} * 16 * 9 * 4);
     const auto bound = static_cast<double>(executor->memory().bound);
