@@ -44,7 +44,9 @@ typedef struct splat_picture {
     double focal;                /* pixels of the image; 0: by its Exif data, else not known */
     double origin_distance;      /* along the camera's axis, where the network takes it; else 0 */
     double world_to_camera[16];  /* like splat_camera's; all 0: none. Networks of several views need
-                                  * the poses of all, and whole pictures; others take none */
+                                  * the poses of all, and whole pictures; others take none. LGM's
+                                  * (model.network lgm_unet) takes those around an object, from
+                                  * front, right, back and left, where no picture has one */
     const float* embedding;      /* a custom embedding, or NULL */
     uint64_t embedding_count;    /* numbers */
     const float* tokens;         /* [token_dim,tokens] where the network takes them, or NULL */
@@ -204,7 +206,8 @@ typedef struct splat_prediction {
 } splat_prediction;
 
 /* Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
- * pictures    `count`, as many as the network has views
+ * LGM's network has the origin in the middle of data.znear and data.zfar before that camera.
+ * pictures    `count`, as many as the network has views; those of LGM's must be of one size
  * prediction  NULL: no facts
  * Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
  *   SPLAT_ERROR_INVALID_HANDLE, errors of files, or

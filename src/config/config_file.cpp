@@ -209,6 +209,15 @@ Status forget_implied(const Config& base, const Config& changes, Config& changed
     return {};
 }
 
+/// The network itself is written only if it is not the one of all configurations before it, the keys of the other one
+/// only with it.
+bool is_written_with(Network network, const Key& key) {
+    constexpr std::string_view kOfLgm[] = {"model.network", "model.down", "model.down_attention",
+                                           "model.up", "model.up_attention"};
+    return network == Network::kLgmUnet ||
+           std::ranges::find(kOfLgm, std::string_view(key.name)) == std::end(kOfLgm);
+}
+
 /// Keys that configurations without model.head never had are written only if one of them has another value.
 bool is_default_head(const ModelConfig& network) {
     return std::ranges::none_of(all_keys(), [&](const Key& key) {
@@ -220,7 +229,7 @@ bool is_default_head(const ModelConfig& network) {
 /// Keys of adapters are written only if there are adapters, opt.freeze also if it is not empty.
 bool is_written(const Key& key, const Settings& settings) {
     const ModelConfig& network = settings.network;
-    if (key.field.write == nullptr) return false;
+    if (key.field.write == nullptr || !is_written_with(network.network, key)) return false;
     if (std::string_view(key.name).starts_with("opt.cycle."))
         return settings.training.cycle_every > 0;
     if (key.name == std::string_view("model.named_resolution"))

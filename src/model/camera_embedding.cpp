@@ -6,7 +6,7 @@
 namespace splat::model {
 
 std::vector<float> pixel_rays(const ModelConfig& config) {
-    const std::uint32_t r = config.resolution;
+    const std::uint32_t r = config.output_resolution();
     const double half_side = r / 2.0;
     const double tangent =
         std::tan(static_cast<double>(config.fov_degrees) * std::numbers::pi / 360.0);

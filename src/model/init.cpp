@@ -1,5 +1,6 @@
 #include "model/init.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -75,6 +76,24 @@ std::vector<float> initial_values(const config::ModelConfig& config, const Init&
         }
     }
     return values;
+}
+
+bool contains_any(const std::string& name, const std::vector<std::string>& parts) {
+    return std::ranges::any_of(
+        parts, [&](const std::string& part) { return name.find(part) != std::string::npos; });
+}
+
+Status check_parts(const std::map<std::string, Init>& inits, const char* key,
+                   const std::vector<std::string>& parts, const char* end) {
+    for (const std::string& part : parts)
+        if (std::ranges::none_of(inits, [&](const auto& named) {
+                return named.first.ends_with(end) && contains_any(named.first, {part});
+            }))
+            return invalid(
+                "configuration: %s has '%s', expected a part of the name of a "
+                "parameter that it can choose",
+                key, part.c_str());
+    return {};
 }
 
 }  // namespace splat::model

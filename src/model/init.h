@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -26,5 +27,13 @@ struct Init {
 /// so that adding or removing a layer changes no other.
 std::vector<float> initial_values(const config::ModelConfig& config, const Init& init,
                                   const std::string& name, const Shape& shape, std::uint64_t seed);
+
+/// True if a name contains one of the parts.
+bool contains_any(const std::string& name, const std::vector<std::string>& parts);
+
+/// Refuse a part of a list of the configuration that occurs in no name with this end: a typing error would train other
+/// parameters than intended.
+Status check_parts(const std::map<std::string, Init>& inits, const char* key,
+                   const std::vector<std::string>& parts, const char* end);
 
 }  // namespace splat::model

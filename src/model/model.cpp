@@ -5,6 +5,8 @@
 
 #include "core/checked_math.h"
 #include "core/finite.h"
+#include "core/log.h"
+#include "model/lgm_unet.h"
 #include "ops/gaussian_head.h"
 #include "ops/gaussian_rows.h"
 
@@ -43,6 +45,16 @@ Result<vk::CommandList> exchange_list(vk::Context& context, const vk::BufferView
     return recorder.finish();
 }
 
+/// Before any of it is allocated.
+void tell_memory(const nn::Graph& graph) {
+    const nn::Graph::Bytes bytes = graph.forward_bytes();
+    const auto mib = [](std::uint64_t count) { return static_cast<double>(count) / (1 << 20); };
+    log(LogLevel::kInfo,
+        format("the network has %llu weights, %.0f MiB on the device; a forward pass of one object "
+               "takes about %.0f MiB more",
+               llu(bytes.parameters / sizeof(float)), mib(bytes.parameters), mib(bytes.pass)));
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelConfig& config,
@@ -50,6 +62,7 @@ Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelCo
     SPLAT_TRY(check(config));
     std::unique_ptr<Model> made(new Model(context, config, options, 1));
     SPLAT_TRY(made->build());
+    tell_memory(made->graph_);
     for (std::uint32_t slice = made->objects_that_fit();; --slice) {
         if (options.objects % slice != 0) continue;
         if (made->slice_ != slice) {
@@ -62,6 +75,9 @@ Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelCo
         if (planned.code() != Code::kUnsupported || slice == 1) return planned;
     }
     SPLAT_TRY(made->set_rays(pixel_rays(config)));
+    for (const auto& [id, values] : made->constants_)
+        SPLAT_TRY(context.write(made->executor_->tensor(id), values.data(),
+                                values.size() * sizeof(float)));
     const gaussians::SetViews all = made->sets(false);
     SPLAT_ASSIGN(OutputLedger counts,
                  OutputLedger::create(context, made->raw_output(), made->set_desc_, all));
@@ -102,7 +118,10 @@ Status Model::plan() {
     nn::ExecutorDesc desc;
     desc.outputs = outputs_;
     desc.outputs.push_back(raw_);
-    desc.keep_prepared = options_.keep_prepared;
+    // Larger weights would take up to four times their memory once more.
+    constexpr std::uint64_t kMostKeptWeights = std::uint64_t{1} << 30;
+    desc.keep_prepared =
+        options_.keep_prepared && graph_.forward_bytes().parameters <= kMostKeptWeights;
     desc.recompute = options_.recompute;
     desc.backward_parts = options_.backward_parts;
     desc.backward = options_.gradients;
@@ -167,16 +186,26 @@ Status Model::build() {
     const ValueId embedding = build_embedding();
     if (config_.tokens > 0)
         tokens_ = graph_.input("tokens", {n, config_.token_dim, config_.tokens, 1});
+    const bool lgm = config_.network == config::Network::kLgmUnet;  // has no dropout
     const bool random =
-        options_.build.training && (config_.dropout > 0 || config_.lora.dropout > 0);
+        !lgm && options_.build.training && (config_.dropout > 0 || config_.lora.dropout > 0);
     if (random) counter_ = graph_.input("random_counter", {4}, Layout::kRowMajor);
 
-    SongUnet unet(graph_, config_, options_.build);
-    raw_ = unet.build(image_, embedding, tokens_, counter_);
+    ValueId channels = kNoValue;
+    if (lgm) {
+        LgmUnet unet(graph_, config_, options_.build);
+        raw_ = unet.build(image_);
+        channels = unet.turned(raw_);
+        inits_ = unet.inits();
+        constants_ = unet.constants();
+    } else {
+        SongUnet unet(graph_, config_, options_.build);
+        raw_ = channels = unet.build(image_, embedding, tokens_, counter_);
+        inits_ = unet.inits();
+    }
     outputs_ = graph_.node(ops::gaussian_set_row(),
-                           {raw_, rays_value_, view_to_world_, quaternion_, focal_, origin_},
+                           {channels, rays_value_, view_to_world_, quaternion_, focal_, origin_},
                            ops::gaussian_head_attributes(config_.head(), config_.views));
-    inits_ = unet.inits();
     SPLAT_TRY(graph_.status());
     const auto& values = graph_.values();
     if (!options_.gradients ||

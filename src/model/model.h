@@ -3,7 +3,6 @@
 #include <array>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -55,10 +54,10 @@ struct IdentityPoses {
     }
 };
 
-/// Splatter Image: images to one Gaussian per pixel, M = views * R * R of them per object.
+/// Splatter Image, or LGM: images to Gaussians of pixels, M = ModelConfig::gaussians() of them per object.
 ///
 /// Source  Szymanowicz et al. 2024, arXiv:2312.13150, with the depth, normal and mask channels,
-///         modulation and adapters of ModelConfig
+///         modulation and adapters of ModelConfig; Tang et al. 2024, arXiv:2402.05054
 class Model {
   public:
     /// Parameters are zero until init() or weights are loaded (weights.h). Errors: those of check();
@@ -235,7 +234,8 @@ class Model {
                 quaternion_ = nn::kNoValue, focal_ = nn::kNoValue, origin_ = nn::kNoValue,
                 embedding_ = nn::kNoValue, tokens_ = nn::kNoValue, counter_ = nn::kNoValue,
                 raw_ = nn::kNoValue;
-    std::vector<nn::ValueId> outputs_;  ///< arrays of the set
+    std::vector<std::pair<nn::ValueId, std::vector<float>>> constants_;  ///< inputs that stay
+    std::vector<nn::ValueId> outputs_;                                   ///< arrays of the set
 };
 
 /// Directions [3,R,R] of the pixels' rays: x right, y down for the default inverted_y. Not divided by the

@@ -18,11 +18,6 @@ const Init kOutput{Init::Kind::kXavierUniform, 0.2F};
 const Init kZero{Init::Kind::kConstant, 0};
 const Init kOne{Init::Kind::kConstant, 1};
 
-bool contains_any(const std::string& name, const std::vector<std::string>& parts) {
-    return std::ranges::any_of(
-        parts, [&](const std::string& part) { return name.find(part) != std::string::npos; });
-}
-
 std::string level_name(std::uint32_t resolution, const std::string& what) {
     const std::string r = std::to_string(resolution);
     return r + "x" + r + "_" + what;
@@ -262,28 +257,15 @@ ValueId SongUnet::build(ValueId x, ValueId embedding, ValueId tokens, ValueId co
     if (!graph_.status().ok()) return kNoValue;
     x = conv(config_.network_name() + std::string(".out"), x, config_.output_channels(), 1,
              {Init::Kind::kHeadWeight, 0}, kNoValue, 1, false, {Init::Kind::kHeadBias, 0});
-    graph_.fail(check_parts());
+    graph_.fail(check_names());
     return x;
 }
 
-/// Refuse a part that occurs in no name: a typing error would train other parameters than intended.
-Status SongUnet::check_parts() const {
-    const auto check = [&](const char* key, const std::vector<std::string>& parts,
-                           const char* end) -> Status {
-        for (const std::string& part : parts)
-            if (std::ranges::none_of(inits_, [&](const auto& named) {
-                    return named.first.ends_with(end) && contains_any(named.first, {part});
-                }))
-                return invalid(
-                    "configuration: %s has '%s', expected a part of the name of a "
-                    "parameter that it can choose",
-                    key, part.c_str());
-        return {};
-    };
-    SPLAT_TRY(check("opt.freeze", config_.frozen, ""));
+Status SongUnet::check_names() const {
+    SPLAT_TRY(check_parts(inits_, "opt.freeze", config_.frozen, ""));
     if (config_.lora.rank == 0) return {};
-    SPLAT_TRY(check("opt.lora_targets", config_.lora.targets, ".lora_A"));
-    return check("opt.train_with_adapters", config_.lora.trained, "");
+    SPLAT_TRY(check_parts(inits_, "opt.lora_targets", config_.lora.targets, ".lora_A"));
+    return check_parts(inits_, "opt.train_with_adapters", config_.lora.trained, "");
 }
 
 }  // namespace splat::model

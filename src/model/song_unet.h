@@ -71,7 +71,7 @@ class SongUnet : NoCopy {
     nn::ValueId counter_ = nn::kNoValue;
 
   private:
-    [[nodiscard]] Status check_parts() const;
+    [[nodiscard]] Status check_names() const;
     nn::ValueId encode(nn::ValueId x, std::vector<nn::ValueId>& skips);
     nn::ValueId decode(nn::ValueId x, std::vector<nn::ValueId>& skips);
     nn::ValueId modulate(const std::string& name, nn::ValueId x, std::uint32_t channels);

@@ -38,6 +38,7 @@ bool is_of_earlier_networks(const std::string& name) {
 }
 
 std::string first_conv_name(const ModelConfig& c) {
+    if (c.network == config::Network::kLgmUnet) return "unet.conv_in.weight";
     const std::string r = std::to_string(c.names_resolution());
     return std::string(c.network_name()) + ".encoder.enc." + r + "x" + r + "_conv.weight";
 }
@@ -133,6 +134,7 @@ ImageChannels channels_of(const ModelConfig& config) {
 }
 
 ImageChannels likely_channels(const ModelConfig& config, const NamedTensors& tensors) {
+    if (config.network == config::Network::kLgmUnet) return channels_of(config);
     const std::string name = first_conv_name(config);
     const std::string end =
         name.substr(name.find(".encoder."));  // the same for networks with and without offset
@@ -261,6 +263,10 @@ std::vector<std::string> resampling_layers(const ModelConfig& c) {
 Result<NamedTensors> save_state(Model& model) {
     const ModelConfig& c = model.config();
     NamedTensors state;
+    if (c.network == config::Network::kLgmUnet) {  // published files hold nothing else
+        SPLAT_TRY(add_parameters(model, state));
+        return state;
+    }
     SPLAT_TRY(add(state, kRays, {1, 3, c.resolution, c.resolution}, model.rays()));
     if (c.sh_degree > 0) {
         // Degree-1 coefficients are in the order y, z, x with signs - + - of the axes.

@@ -1,5 +1,8 @@
 #include "nn/graph.h"
 
+#include "core/checked_math.h"
+#include "nn/memory_plan.h"
+
 #include "ops/quads.h"
 
 namespace splat::nn {
@@ -106,6 +109,40 @@ ValueId Graph::find(std::string_view name) const {
             values_[i].name == name)
             return static_cast<ValueId>(i);
     return kNoValue;
+}
+
+Graph::Bytes Graph::forward_bytes() const {
+    const auto end = static_cast<std::uint32_t>(nodes_.size());
+    std::vector<std::uint32_t> first(values_.size(), 0), last(values_.size(), end);
+    for (std::uint32_t at = end; at-- > 0;) {  // the first mention from behind is the last
+        for (const ValueId id : nodes_[at].inputs)
+            if (id != kNoValue && last[root(id)] == end) last[root(id)] = at;
+        for (const ValueId id : nodes_[at].outputs) first[root(id)] = at;
+    }
+    Bytes bytes;
+    std::vector<Lifetime> lives;
+    for (ValueId id = 0; id < values_.size(); ++id) {
+        const Value& value = values_[id];
+        if (value.base != kNoValue) continue;
+        const bool quads = value.layout == ops::Layout::kQuads && value.shape.rank() > 1;
+        const std::uint64_t channels = quads ? value.shape[1] : 1;
+        const std::uint64_t size =
+            vk::quad_bytes(value.shape.elements() / channels * (quads ? round_up(channels, 4) : 1));
+        if (value.kind == ValueKind::kParameter)
+            bytes.parameters += size;
+        else if (value.kind == ValueKind::kInput)
+            lives.push_back({0, end, size});
+        else
+            lives.push_back({first[id], last[id], size});
+    }
+    for (std::uint32_t at = 0; at < end; ++at) {
+        const ops::OpPlan& plan = nodes_[at].plan;
+        std::uint64_t own = plan.forward_workspace + plan.forward_prepared;
+        for (const Shape& saved : plan.saved) own += vk::quad_bytes(saved.elements());
+        lives.push_back({at, at, own});
+    }
+    bytes.pass = peak_bytes(lives);
+    return bytes;
 }
 
 }  // namespace splat::nn

@@ -76,6 +76,13 @@ class Graph {
     [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
     [[nodiscard]] const Value& value(ValueId id) const { return values_[id]; }
 
+    /// Bytes that parameters take, and at least what a forward pass holds besides at its fullest: inputs, values until
+    /// they are last read, workspaces, and parameters as kernels read them.
+    struct Bytes {
+        std::uint64_t parameters = 0, pass = 0;
+    };
+    [[nodiscard]] Bytes forward_bytes() const;
+
     /// The value that owns the memory of `id`.
     [[nodiscard]] ValueId root(ValueId id) const;
 

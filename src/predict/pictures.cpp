@@ -5,6 +5,7 @@
 
 #include "data/relative_pose.h"
 #include "predict/head_depths.h"
+#include "predict/lgm_views.h"
 #include "scene/camera_pose.h"
 
 namespace splat::predict {
@@ -53,7 +54,8 @@ Status check_picture(const config::ModelConfig& network, std::size_t i, const Pi
             "is the scene's frame: expected none",
             i);
     if (network.views == 1) return {};
-    if (!given.world_to_camera)
+    const bool around = network.network == config::Network::kLgmUnet;  // has poses of its own
+    if (!given.world_to_camera && !around)
         return invalid("pictures[%zu]: no pose, expected one for each of the network's %u views", i,
                        network.views);
     if (given.crop && !takes_whole_pictures(network))
@@ -64,6 +66,37 @@ Status check_picture(const config::ModelConfig& network, std::size_t i, const Pi
     return {};
 }
 
+/// LGM's network needs several views of one object, all as large, with poses for all or none.
+Status check_views(const config::ModelConfig& network, std::span<const PictureInput> pictures) {
+    if (network.network != config::Network::kLgmUnet) {
+        if (pictures.size() == network.views) return {};
+        return invalid("%zu pictures, expected %u: the network takes that many views of an object",
+                       pictures.size(), network.views);
+    }
+    if (pictures.size() != network.views)
+        return invalid(
+            "%zu picture%s, expected %u: LGM's network takes views of one object from the front, "
+            "the right, the back and the left (azimuth 0, 90, 180, 270 degrees, level with it); "
+            "make "
+            "them from one picture with a multi-view diffusion model such as ImageDream, or render "
+            "or photograph the object so",
+            pictures.size(), pictures.size() == 1 ? "" : "s", network.views);
+    for (std::size_t i = 1; i < pictures.size(); ++i) {
+        const io::Image& first = pictures[0].picture.image.image;
+        const io::Image& image = pictures[i].picture.image.image;
+        if (image.width != first.width || image.height != first.height)
+            return invalid(
+                "pictures[%zu] has %u x %u pixels, expected %u x %u as pictures[0]: the views of "
+                "an "
+                "object are seen by one camera",
+                i, image.width, image.height, first.width, first.height);
+        if (pictures[i].world_to_camera.has_value() != pictures[0].world_to_camera.has_value())
+            return invalid("pictures[%zu]: a pose is %s, unlike that of pictures[0]", i,
+                           pictures[i].world_to_camera ? "given" : "missing");
+    }
+    return {};
+}
+
 void append(std::vector<float>& to, std::span<const float> from) {
     to.insert(to.end(), from.begin(), from.end());
 }
@@ -71,6 +104,9 @@ void append(std::vector<float>& to, std::span<const float> from) {
 /// Poses and cameras relative to the first view.
 Status add_cameras(const config::ModelConfig& network, std::span<const PictureInput> pictures,
                    Views& views) {
+    const bool around = network.network == config::Network::kLgmUnet;
+    const std::vector<scene::Mat4> own =
+        around ? poses_around(network, network.views) : std::vector<scene::Mat4>();
     std::vector<scene::Mat4> poses;
     for (const PictureInput& given : pictures) {
         scene::Camera camera;
@@ -87,7 +123,8 @@ Status add_cameras(const config::ModelConfig& network, std::span<const PictureIn
             camera.fx = whole.fx;
             camera.fy = whole.fy;
         }
-        camera.world_to_camera = given.world_to_camera.value_or(scene::kNoPose);
+        camera.world_to_camera =
+            given.world_to_camera.value_or(around ? own[poses.size()] : scene::kNoPose);
         SPLAT_TRY(scene::check_camera(camera));
         poses.push_back(scene::inverse_of_rigid(camera.world_to_camera));
         views.cameras.push_back(std::move(camera));
@@ -96,8 +133,10 @@ Status add_cameras(const config::ModelConfig& network, std::span<const PictureIn
     for (std::size_t i = 0; i < relative.size(); ++i) {
         append(views.view_to_world, relative[i].view_to_world);
         append(views.quaternions, relative[i].quaternion);
-        views.cameras[i].world_to_camera = inverse_pose(relative[i].view_to_world.data());
     }
+    if (around) move_origin(network, views);
+    for (std::size_t i = 0; i < relative.size(); ++i)
+        views.cameras[i].world_to_camera = inverse_pose(views.view_to_world.data() + 16 * i);
     return {};
 }
 
@@ -125,9 +164,8 @@ bool takes_whole_pictures(const config::ModelConfig& network) {
 Result<PictureViews> views_of_pictures(const config::ModelConfig& network,
                                        const std::array<float, 3>& background,
                                        std::span<const PictureInput> pictures) {
-    if (pictures.size() != network.views)
-        return invalid("%zu pictures, expected %u: the network takes that many views of an object",
-                       pictures.size(), network.views);
+    SPLAT_TRY(check_views(network, pictures));
+    const bool around = network.network == config::Network::kLgmUnet;
     const std::size_t area = std::size_t{network.resolution} * network.resolution;
     PictureViews made;
     for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -141,7 +179,7 @@ Result<PictureViews> views_of_pictures(const config::ModelConfig& network,
         SPLAT_ASSIGN(const data::Photograph photo, data::cut_photograph(given.picture, options));
         Views& views = made.views;
         append(views.images, photo.image);
-        append(views.inputs, photo.image);
+        if (!around) append(views.inputs, photo.image);
         if (network.depth) append(views.inputs, photo.depth);
         if (network.normal) append(views.inputs, photo.normal);
         if (network.mask) append(views.inputs, photo.mask);
@@ -161,6 +199,10 @@ Result<PictureViews> views_of_pictures(const config::ModelConfig& network,
         made.facts.back().whole = !options.crop;
     }
     SPLAT_TRY(add_cameras(network, pictures, made.views));
+    for (std::size_t i = 0; around && i < pictures.size(); ++i)
+        append_lgm_planes(network, std::span(made.views.images).subspan(3 * area * i, 3 * area),
+                          std::span(made.views.view_to_world).subspan(16 * i, 16),
+                          made.views.inputs);
     return made;
 }
 

@@ -1,6 +1,7 @@
 #include "predict/published.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -107,7 +108,8 @@ std::vector<Known> read_known_networks() {
                   0,
                   network.resolution,
                   config::head_of(network).name};
-        one.ray = std::abs(static_cast<double>(model::pixel_rays(network)[network.resolution - 1]));
+        one.ray = std::abs(
+            static_cast<double>(model::pixel_rays(network)[network.output_resolution() - 1]));
         const bool second = std::ranges::any_of(known, [&one](const Known& other) {
             return other.category == one.category && other.traits == one.traits;
         });
@@ -121,6 +123,11 @@ const std::vector<Known>& known_networks() {
     return all;
 }
 
+bool of_one_network(const Traits& a, const Traits& b) {
+    return a.front().first == b.front().first;
+}
+
+/// Of traits of one network.
 std::vector<std::string> differences_of(const Traits& file, const Known& known) {
     std::vector<std::string> differences;
     for (std::size_t i = 0; i < file.size(); ++i)
@@ -135,9 +142,39 @@ bool is_official_name(const std::string& path, const std::string& name) {
     return stem == "model_" + name || (stem == "model_latest" && name == "objaverse");
 }
 
+constexpr const char* kLgmFirst = "unet.conv_in.weight";
+
+Traits lgm_traits(const std::array<std::vector<std::int64_t>, 4>& levels, std::int64_t in,
+                  std::int64_t out) {
+    return {{"model.down", list_of(levels[0])},
+            {"model.down_attention", list_of(levels[1])},
+            {"model.up", list_of(levels[2])},
+            {"model.up_attention", list_of(levels[3])},
+            {"the count of input channels", text_of(in)},
+            {"the count of output channels", text_of(out)}};
+}
+
+/// Of tensors under the names of LGM's network.
+Traits lgm_traits(const NamedTensors& tensors) {
+    std::array<std::vector<std::int64_t>, 4> levels;
+    for (const std::size_t way : {0U, 1U})
+        for (std::int64_t level = 0;; ++level) {
+            const std::string block =
+                (way == 0 ? "unet.down_blocks." : "unet.up_blocks.") + text_of(level);
+            const NamedTensor* const bias = tensors.find(block + ".nets.0.conv1.bias");
+            if (bias == nullptr) break;
+            levels[2 * way].push_back(dim_of(bias, 0));
+            levels[2 * way + 1].push_back(
+                tensors.find(block + ".attns.0.attn.qkv.weight") == nullptr ? 0 : 1);
+        }
+    return lgm_traits(levels, dim_of(tensors.find(kLgmFirst), 1),
+                      dim_of(tensors.find("conv.weight"), 0));
+}
+
 }  // namespace
 
 Traits traits_of(const NamedTensors& tensors) {
+    if (tensors.find(kLgmFirst) != nullptr) return lgm_traits(tensors);
     const std::optional<Place> found = network_place(tensors);
     if (!found) return {};
     const Place& place = *found;
@@ -182,6 +219,14 @@ Traits traits_of(const NamedTensors& tensors) {
 }
 
 Traits traits_of(const config::ModelConfig& c) {
+    if (c.network == config::Network::kLgmUnet) {
+        const auto wide = [](const std::vector<std::uint32_t>& from) {
+            return std::vector<std::int64_t>(from.begin(), from.end());
+        };
+        return lgm_traits({wide(c.lgm.down), wide(c.lgm.down_attention), wide(c.lgm.up),
+                           wide(c.lgm.up_attention)},
+                          c.image_channels(), c.output_channels());
+    }
     std::vector<std::uint32_t> attention;
     for (std::uint32_t level = 0; level < c.levels(); ++level) {
         const std::uint32_t r = c.names_resolution() >> level;
@@ -236,13 +281,18 @@ std::string PublishedFit::sentence() const {
     if (names.size() == 1) return "its tensors fit the published configuration " + names[0];
     if (!names.empty()) return "its tensors fit the published configurations " + joined(names);
     if (nearest.empty())
-        return "it is no network of Splatter Image: it has no tensor "
-               "'network_with_offset.encoder.enc.RxR_conv.weight'";
+        return "it is no network of Splatter Image or LGM: it has no tensor "
+               "'network_with_offset.encoder.enc.RxR_conv.weight' and no 'unet.conv_in.weight'";
     return "its tensors fit no published configuration; the nearest is " + nearest + ", but " +
            joined(differences);
 }
 
 Status expect_head(const NamedTensors& tensors, const config::ModelConfig& config) {
+    const Traits file = traits_of(tensors);
+    if (file.empty()) return {};
+    if (!of_one_network(file, traits_of(config)))
+        return damaged("the weights are of another network than the configuration's: %s",
+                       published_fit(tensors, "").sentence().c_str());
     const std::optional<Place> place = network_place(tensors);
     if (!place) return {};
     const std::int64_t channels = dim_of(tensors.find(place->network + ".out.weight"), 0);

@@ -9,6 +9,7 @@
 #include "core/os/path.h"
 #include "data/depth_range.h"
 #include "predict/head_depths.h"
+#include "predict/lgm_views.h"
 #include "scene/camera_pose.h"
 
 namespace splat::predict {
@@ -41,6 +42,11 @@ void append_input(const config::ModelConfig& network, const Maps& maps, std::siz
         views.inputs.insert(views.inputs.end(), from,
                             from + static_cast<std::ptrdiff_t>(count * pixels));
     };
+    if (network.network == config::Network::kLgmUnet) {
+        append_lgm_planes(network, std::span(views.images).subspan(view * 3 * pixels, 3 * pixels),
+                          std::span(views.view_to_world).subspan(16 * view, 16), views.inputs);
+        return;
+    }
     append(views.images, 3);
     if (network.depth) append(maps.depths, 1);
     if (network.normal) append(maps.normals, 3);
@@ -215,6 +221,7 @@ Result<Views> ViewSource::read(std::uint32_t object, std::span<const std::uint32
                        {wanted(views.images), wanted(maps.depths), wanted(maps.normals),
                         wanted(maps.masks), views.view_to_world.data(), views.quaternions.data(),
                         views.focals.data(), maps.distances.data(), wanted(views.levels)}));
+    if (network_.network == config::Network::kLgmUnet) move_origin(network_, views);
     for (std::size_t i = 0; levels && i < inputs * 3 * pixels; ++i)
         views.images.push_back(static_cast<float>(views.levels[i]) / 255.0F);
     for (std::size_t i = 0; i < inputs; ++i) append_input(network_, maps, i, pixels, views);

@@ -35,8 +35,8 @@ TEST(ApiWeights, TellsWhatAFileHolds) {
     EXPECT_EQ(
         text_of(splat_weights_report, weights),
         R"({"format": "safetensors", "metadata": {"k": "v"}, "warnings": [], "published": {"fit": [], )"
-        R"("nearest": "", "differences": [], "sentence": "it is no network of Splatter Image: )"
-        R"(it has no tensor 'network_with_offset.encoder.enc.RxR_conv.weight'"}})");
+        R"("nearest": "", "differences": [], "sentence": "it is no network of Splatter Image or LGM: )"
+        R"(it has no tensor 'network_with_offset.encoder.enc.RxR_conv.weight' and no 'unet.conv_in.weight'"}})");
 }
 
 TEST(ApiWeights, SavesByExtension) {

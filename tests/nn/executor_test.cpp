@@ -298,6 +298,28 @@ TEST_P(ExecutorRules, KeepsNothingThatBackwardDoesNotRead) {
     EXPECT_EQ(bound(3), bound(12));
 }
 
+/// A graph alone tells what its forward pass takes.
+TEST_P(ExecutorRules, MemoryIsToldBeforeItIsAllocated) {
+    Graph graph(context());
+    const ValueId x = graph.input("x", {1, 8, 32, 32});
+    const ValueId w = graph.parameter("w", {8, 16, 3, 3});
+    ValueId y = x;
+    for (int link = 0; link < 4; ++link) {
+        const ValueId both = graph.op("concat", {graph.op("silu", {y}), y});
+        y = graph.op("conv2d", {both, w});
+    }
+    auto parameters = Parameters::create(context(), graph, false);
+    ASSERT_OK(parameters.status());
+    ExecutorDesc desc;
+    desc.outputs = {y};
+    desc.keep_prepared = false;
+    const auto executor = need(Executor::create(context(), graph, parameters.value(), desc));
+    const Graph::Bytes told = graph.forward_bytes();
+    EXPECT_EQ(told.parameters, std::uint64_t{8} * 16 * 9 * 4);
+    const auto bound = static_cast<double>(executor->memory().bound);
+    EXPECT_NEAR(static_cast<double>(told.pass), bound, 0.3 * bound);
+}
+
 TEST_P(ExecutorRules, SameBitsOnEveryRunAndPoison) {
     std::vector<Values> first;
     for (const std::uint32_t pattern : kPoisonPatterns)

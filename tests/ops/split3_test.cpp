@@ -25,7 +25,21 @@ TEST_P(Split3, MovesEveryElement) {
     }
 }
 
+TEST_P(Split3, MovesStackedParts) {
+    for (const Shape& part : {Shape{1, 4, 1}, Shape{2, 8, 15}, Shape{3, 64, 7}}) {
+        const OpCall call =
+            sample("split3", {{"stacked", true}},
+                   {normal_tensor({part[0], 3 * part[1], part[2]}, 3)}, {part, part, part});
+        expect_float64(context(), call, part.text());
+    }
+}
+
 TEST_P(Split3, RejectsBadShapes) {
+    const Shape whole{1, 6, 2};
+    EXPECT_ERROR(run_op(context(), sample("split3", {{"stacked", true}},
+                                          {normal_tensor({1, 18, 2}, 1)}, {whole, whole, whole}))
+                     .status,
+                 Code::kShape, "multiple of 12 channels");
     const Shape part{1, 2, 2};
     for (const std::uint32_t channels : {2U, 4U, 7U})
         EXPECT_ERROR(
@@ -36,6 +50,9 @@ TEST_P(Split3, RejectsBadShapes) {
 }
 
 TEST(Split3Reference, GradcheckFloat64) {
+    const Shape stacked{2, 4, 3};
+    expect_gradcheck(sample("split3", {{"stacked", true}}, {normal_tensor({2, 12, 3}, 1)},
+                            {stacked, stacked, stacked}));
     const Shape part{2, 3, 4};
     expect_gradcheck(
         sample("split3", Json::object(), {normal_tensor({2, 9, 4}, 1)}, {part, part, part}));

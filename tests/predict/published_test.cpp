@@ -85,6 +85,42 @@ TEST(Published, FindsF3dGausAndTellsItFromOthers) {
                  "cars, chairs, whose head is 'splatter', but 'model.head' is 'f3d'");
 }
 
+/// The tensors of a file of LGM's network that tell it apart.
+NamedTensors lgm_file(const config::ModelConfig& c) {
+    NamedTensors file;
+    add(file, "unet.conv_in.weight", {c.lgm.down[0], c.image_channels(), 3, 3});
+    add(file, "conv.weight", {c.output_channels(), c.output_channels(), 1, 1});
+    const auto side = [&](const std::string& blocks, const auto& widths, const auto& attention) {
+        for (std::size_t i = 0; i < widths.size(); ++i) {
+            const std::string block = "unet." + blocks + "_blocks." + std::to_string(i);
+            add(file, block + ".nets.0.conv1.bias", {widths[i]});
+            if (attention[i] != 0)
+                add(file, block + ".attns.0.attn.qkv.weight", {3 * widths[i], widths[i]});
+        }
+    };
+    side("down", c.lgm.down, c.lgm.down_attention);
+    side("up", c.lgm.up, c.lgm.up_attention);
+    return file;
+}
+
+TEST(Published, FindsLgmAndTellsItFromOthers) {
+    for (const char* name : {"lgm-tiny", "lgm-small", "lgm-big"})
+        EXPECT_EQ(published_fit(lgm_file(network_of(name)), "model_fp16_fixrot.safetensors").names,
+                  Names{name});
+    config::ModelConfig other = network_of("lgm-tiny");
+    other.lgm.up[2] = 64;
+    EXPECT_EQ(
+        published_fit(lgm_file(other), "x").sentence(),
+        "its tensors fit no published configuration; the nearest is lgm-tiny, but model.up is "
+        "[512, 256, 64] (there [512, 256, 128])");
+    const config::ModelConfig cars = network_of("cars"), big = network_of("lgm-big");
+    EXPECT_ERROR(expect_head(lgm_file(big), cars), Code::kFormat,
+                 "the weights are of another network than the configuration's: its tensors fit the "
+                 "published configuration lgm-big");
+    EXPECT_ERROR(expect_head(published_file(cars), big), Code::kFormat, "cars, chairs");
+    EXPECT_OK(expect_head(lgm_file(big), big));
+}
+
 TEST(Published, IsDecidedByTheNameOfTheFile) {
     const NamedTensors cars = published_file(network_of("cars"));
     EXPECT_EQ(published_fit(cars, "/models/model_chairs.pth").names, Names{"chairs"});
@@ -123,8 +159,8 @@ TEST(Published, NamesTheNearestAndWhatDiffers) {
     add(other, "network_with_offset.encoder.enc.0x0_conv.weight", {1, 1, 1, 1});
     add(other, "ray_dirs", {0});
     EXPECT_EQ(published_fit(other, "model_cars.pth").sentence(),
-              "it is no network of Splatter Image: it has no tensor "
-              "'network_with_offset.encoder.enc.RxR_conv.weight'");
+              "it is no network of Splatter Image or LGM: it has no tensor "
+              "'network_with_offset.encoder.enc.RxR_conv.weight' and no 'unet.conv_in.weight'");
 }
 
 TEST(Published, LeavesTheFirstTrainingOut) {

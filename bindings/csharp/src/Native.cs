@@ -1406,7 +1406,8 @@ namespace Splat.Interop
 
         /// <summary>
         /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
-        /// pictures    `count`, as many as the network has views
+        /// LGM's network has the origin in the middle of data.znear and data.zfar before that camera.
+        /// pictures    `count`, as many as the network has views; those of LGM's must be of one size
         /// prediction  NULL: no facts
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
         ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
@@ -3789,7 +3790,8 @@ namespace Splat.Interop
         /// <summary>along the camera's axis, where the network takes it; else 0</summary>
         public double origin_distance;
         /// <summary>like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole
-        /// pictures; others take none</summary>
+        /// pictures; others take none. LGM's (model.network lgm_unet) takes those around an object, from front,
+        /// right, back and left, where no picture has one</summary>
         public fixed double world_to_camera[16];
         /** <summary>a custom embedding, or NULL</summary> */ public float* embedding;
         /** <summary>numbers</summary> */ public ulong embedding_count;

@@ -89,6 +89,20 @@ class Predictors(Case):
         self.assertEqual(other.predict(picture()).scene.to_bytes("ply"),
                          self.predictor.predict(picture()).scene.to_bytes("ply"))
 
+    def test_four_views_of_an_object(self) -> None:
+        config = ("data: {training_resolution: 32, input_images: 4, fov: 49.1, znear: 0.5, zfar: 2.5}\n"
+                  "model: {network: lgm_unet, head: lgm, down: [32, 64], down_attention: [0, 1], "
+                  "up: [64, 32], up_attention: [1, 0]}")
+        model = splat.Model(self.device, config)
+        model.init(3)
+        lgm = splat.Predictor(self.device, model.store(), config=config)
+        views = [splat.Picture(np.roll(picture(), i, axis=1).copy(), whole=True) for i in range(4)]
+        made = lgm.predict(views)
+        self.assertEqual((len(made.cameras), made.inputs.shape), (4, (4, 9, 32, 32)))
+        self.assertGreater(len(made.scene), 3000)
+        self.refused(splat.InvalidArgument, "1 picture, expected 4: LGM's network takes views of one object",
+                     lgm.predict, views[:1])
+
     def test_weights_by_name(self) -> None:
         named = splat.Predictor(self.device, "cars64")
         self.assertEqual(named.report["weights"], splat.builtin_weights("cars64"))

@@ -44,6 +44,15 @@ void set_verbose(bool verbose) {
     log_to_stderr();
 }
 
+ShowInfo::ShowInfo() {
+    if (g_level > SPLAT_LOG_INFO)
+        check(splat_log_set_callback(print_message, nullptr, SPLAT_LOG_INFO));
+}
+
+ShowInfo::~ShowInfo() {
+    static_cast<void>(splat_log_set_callback(print_message, nullptr, g_level));
+}
+
 void speak_as(const std::string& who) {
     g_who = who;
     if (g_level == SPLAT_LOG_WARNING) g_level = SPLAT_LOG_ERROR;

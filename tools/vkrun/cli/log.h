@@ -8,6 +8,15 @@ namespace vkrun {
 void log_to_stderr();
 void set_verbose(bool verbose);
 
+/// Shows what the library tells of its work, too, until the end of the scope.
+class ShowInfo {
+  public:
+    ShowInfo();
+    ~ShowInfo();
+    ShowInfo(const ShowInfo&) = delete;
+    ShowInfo& operator=(const ShowInfo&) = delete;
+};
+
 /// Begin messages of this process, one of several, with `who`. Warnings, which the first one tells, are left out
 /// unless all messages are shown.
 void speak_as(const std::string& who);

@@ -56,8 +56,8 @@ Examples:
 
 /// Throws a usage Failure for options that have no effect together.
 void check_options(const CLI::App& command, const PredictionOptions& options) {
-    if (options.image.empty() == options.data.empty())
-        throw Failure(kUsageError, options.image.empty()
+    if (options.images.empty() == options.data.empty())
+        throw Failure(kUsageError, options.images.empty()
                                        ? "name an IMAGE, or a data set with --data"
                                        : "IMAGE and --data exclude each other");
     for (const char* name : {"--object", "--split"})
@@ -68,6 +68,12 @@ void check_options(const CLI::App& command, const PredictionOptions& options) {
                       "--elevation goes with a picture; the data set places its cameras itself");
     if (!options.data.empty() && !options.true_depth.empty())
         throw Failure(kUsageError, "--true-depth goes with a picture, not with --data");
+    for (const char* name :
+         {"--mask", "--depth", "--normal", "--embedding", "--tokens", "--mask-preset",
+          "--mask-model", "--foreground", "--true-depth", "--aggregate"})
+        if (options.images.size() > 1 && command.count(name) != 0)
+            throw Failure(kUsageError,
+                          std::string(name) + " goes with one IMAGE, not with several");
     const bool cut = options.whole || options.foreground || !options.mask.empty() ||
                      !options.depth.empty() || !options.normal.empty() ||
                      !options.embedding.empty() || !options.tokens.empty() || options.focal ||
@@ -96,9 +102,10 @@ void check_options(const CLI::App& command, const PredictionOptions& options) {
 /// further views of an earlier run.
 void check_targets(const PredictionOptions& o) {
     const auto check = [&o](const std::string& path) {
+        check_target(path, true, o.images);
         check_target(path, true,
-                     {o.image, o.mask, o.depth, o.normal, o.embedding, o.tokens, o.true_depth,
-                      o.weights, o.config, o.adapters});
+                     {o.mask, o.depth, o.normal, o.embedding, o.tokens, o.true_depth, o.weights,
+                      o.config, o.adapters});
     };
     for (const char* name : {"scene.ply", "input.png", "orbit.png", "sheet.png", "report.html"})
         check(o.out + "/" + name);
@@ -118,6 +125,8 @@ int predict(const CLI::App& command, const PredictionOptions& options, bool json
     if (!options.larger.empty()) changes.push_back("model.head.depth_maps=" + options.larger);
     const NetworkFiles files =
         network_files(weights_of(options), options.config, options.adapters, changes);
+    check_pictures(options, files.config);
+    warn_of_old_weights(files);
     const Device device = open_device(device_desc(options.device));
     const Joining joining{options.aggregate, convention_of(options.convention)};
     const Json result =
@@ -172,7 +181,12 @@ void add_predict(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<PredictionOptions>();
     auto json = std::make_shared<bool>(false);
     PredictionOptions& o = *options;
-    command->add_option("IMAGE", o.image, "Picture of one object (PNG, JPEG, WebP)")->type_name("");
+    command
+        ->add_option(
+            "IMAGE", o.images,
+            "Picture of one object (PNG, JPEG, WebP); or its views, for networks that take "
+            "several")
+        ->type_name("");
     command
         ->add_option("--data", o.data, "Folder of a data set that has the object, instead of IMAGE")
         ->type_name("DIR");

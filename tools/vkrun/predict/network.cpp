@@ -1,9 +1,17 @@
 #include "vkrun/predict/network.h"
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <system_error>
 
+#include "core/os/path.h"
+#include "vkrun/cli/log.h"
+#include "vkrun/cli/sha256.h"
 #include "vkrun/config/merged_config.h"
+#include "vkrun/weights/published.h"
 #include "vkrun/weights/published_config.h"
 
 namespace vkrun {
@@ -11,8 +19,9 @@ namespace vkrun {
 void add_network_options(CLI::App& command, std::string& config, std::string& adapters) {
     command
         .add_option(
-            "--config", config,
-            "Configuration of the network; default: that of the adapters, NAME.json\n"
+            "--config,--model", config,
+            "Configuration of the network, a file or the name of a published one; default: that of "
+            "the adapters, NAME.json\n"
             "beside them; else that beside the weights, the first that is there of\n"
             "NAME.json, NAME.yaml, config.json and config.yaml; else the published one that\n"
             "the weights fit, by tensors, file name or hash ('vkrun config presets')")
@@ -51,6 +60,25 @@ NetworkFiles network_files(const std::string& weights, const std::string& config
     return {weights, beside, merged_config(found, changes)};
 }
 
+bool is_lgm(const Json& config) {
+    return config.value("/model/network"_json_pointer, "") == "lgm_unet";
+}
+
+void warn_of_old_weights(const NetworkFiles& files) {
+    constexpr std::uintmax_t kLeast = 829'000'000,
+                             kMost = 832'000'000;  // bytes; hashing takes seconds
+    std::error_code none;
+    const std::uintmax_t bytes =
+        std::filesystem::file_size(splat::os::path_of(files.weights), none);
+    if (!is_lgm(files.config) || none || bytes < kLeast || bytes > kMost) return;
+    if (sha256_of_file(files.weights) != kLgmBeforeFix) return;
+    std::fprintf(
+        stderr,
+        "vkrun: warning: '%s' is LGM's model_fp16.safetensors from before its rotations were "
+        "corrected: scenes will have wrong rotations; take model_fp16_fixrot.safetensors\n",
+        files.weights.c_str());
+}
+
 splat_convention convention_of(const std::string& name) {
     return name == "3dgs" ? SPLAT_CONVENTION_3DGS : SPLAT_CONVENTION_RAY_MAXIMUM;
 }
@@ -68,7 +96,10 @@ Network load_network(splat_device device, const NetworkFiles& files, splat_weigh
     desc.aggregate = joining.aggregate;
     desc.convention = joining.convention;
     if (!files.adapters.empty()) desc.adapters_path = files.adapters.c_str();
+    std::optional<ShowInfo> memory;  // which large networks take
+    if (is_lgm(files.config)) memory.emplace();
     const splat_result made = splat_predictor_create(device, &desc, network.predictor.out());
+    memory.reset();
     check(made, made == SPLAT_ERROR_INVALID_ARGUMENT ? kUsageError : kBadData);
     check(splat_predictor_get_info(network.predictor.get(), &network.info));
     const Json report = library_json(splat_predictor_report, network.predictor.get());

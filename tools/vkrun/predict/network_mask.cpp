@@ -76,7 +76,7 @@ NetworkMask network_mask(const PredictionOptions& options) {
     const bool named = !model.empty() || !preset.empty();
     if (!named) preset = mask_preset_at_hand();
     if (model.empty() && preset.empty()) return mask;
-    const LoadedPicture picture = load_picture(options.image);
+    const LoadedPicture picture = load_picture(options.images[0]);
     if (found_by_alpha(picture.image)) return mask;
     try {
         run_network(model, preset, picture, mask);

@@ -34,10 +34,10 @@ void check_data(splat_result result) {
 }
 
 /// Points into `options`.
-splat_picture picture_of(const PredictionOptions& options) {
+splat_picture picture_of(const PredictionOptions& options, std::size_t number = 0) {
     splat_picture picture{};
     const auto path = [](const std::string& text) { return text.empty() ? nullptr : text.c_str(); };
-    picture.image.path = path(options.image);
+    picture.image.path = path(options.images[number]);
     picture.depth.path = path(options.depth);
     picture.normal.path = path(options.normal);
     picture.mask.path = path(options.mask);
@@ -52,28 +52,34 @@ splat_picture picture_of(const PredictionOptions& options) {
 struct Facts {
     std::vector<splat_camera> cameras;
     std::vector<float> inputs;
-    splat_picture_info picture{};
+    std::vector<splat_picture_info> pictures;
     splat_prediction prediction = sized<splat_prediction>();
 
     Facts(const splat_predictor_info& info, std::size_t views)
         : cameras(views),
-          inputs(std::size_t{info.views} * info.channels * info.resolution * info.resolution) {
+          inputs(std::size_t{info.views} * info.channels * info.resolution * info.resolution),
+          pictures(info.views) {
         prediction.cameras = cameras.data();
         prediction.camera_capacity = static_cast<std::uint32_t>(views);
         prediction.inputs = inputs.data();
         prediction.input_capacity = inputs.size();
-        prediction.pictures = &picture;
-        prediction.picture_capacity = 1;
+        prediction.pictures = pictures.data();
+        prediction.picture_capacity = info.views;
     }
 };
 
-void take_facts(const splat_predictor_info& info, Facts facts, Predicted& task) {
+/// The input images, in colours of 0 to 1: LGM's network sees them as ImageNet's mean and deviation normalise them.
+void take_facts(const Network& network, Facts facts, Predicted& task) {
+    constexpr float kMean[] = {0.485F, 0.456F, 0.406F}, kDeviation[] = {0.229F, 0.224F, 0.225F};
+    const splat_predictor_info& info = network.info;
     const std::size_t area = std::size_t{info.resolution} * info.resolution;
     for (std::size_t i = 0; i < info.views; ++i) {
         const auto from =
             facts.inputs.begin() + static_cast<std::ptrdiff_t>(i * info.channels * area);
         task.inputs.insert(task.inputs.end(), from, from + static_cast<std::ptrdiff_t>(3 * area));
     }
+    for (std::size_t i = 0; is_lgm(network.files.config) && i < task.inputs.size(); ++i)
+        task.inputs[i] = task.inputs[i] * kDeviation[i / area % 3] + kMean[i / area % 3];
     task.cameras = std::move(facts.cameras);
     task.predict_ms = facts.prediction.network_ms;
     task.faint = facts.prediction.faint;
@@ -97,9 +103,6 @@ std::vector<float> vector_of(const std::string& path, const char* option) {
 
 Predicted read_photo(const PredictionOptions& options, const Network& network) {
     const splat_predictor_info& info = network.info;
-    if (info.views != 1)
-        throw Failure(kUsageError, "the network takes " + std::to_string(info.views) +
-                                       " views of an object, expected 1: predict from --data");
     if (info.origin_distance != 0 && !options.origin_distance)
         throw Failure(kUsageError,
                       "the network takes the distance of the object's origin "
@@ -112,30 +115,37 @@ Predicted read_photo(const PredictionOptions& options, const Network& network) {
                                        "depth and " + (normal ? "" : "no ") +
                                        "normal map: give --depth and --normal to match");
     Predicted task;
-    task.name = splat::os::text_of(splat::os::path_of(options.image).stem());
-    splat_picture picture = picture_of(options);
+    task.name = splat::os::text_of(splat::os::path_of(options.images[0]).stem());
+    std::vector<splat_picture> pictures;
+    for (std::size_t i = 0; i < options.images.size(); ++i)
+        pictures.push_back(picture_of(options, i));
+    splat_picture& picture = pictures[0];
+    // Poses around an object belong to whole pictures.
+    if (info.views > 1)
+        for (splat_picture& each : pictures) each.flags |= SPLAT_PICTURE_WHOLE;
     const std::vector<float> embedding = vector_of(options.embedding, "--embedding");
     const std::vector<float> tokens = vector_of(options.tokens, "--tokens");
     picture.embedding = options.embedding.empty() ? nullptr : embedding.data();
     picture.embedding_count = embedding.size();
     picture.tokens = options.tokens.empty() ? nullptr : tokens.data();
     picture.token_count = tokens.size();
-    const NetworkMask mask = network_mask(options);
+    const NetworkMask mask = info.views > 1 ? NetworkMask() : network_mask(options);
     picture.mask.pixels = mask.image;
-    Facts facts(info, 1);
-    check_data(splat_predictor_predict(network.predictor.get(), &picture, 1, task.scene.out(),
-                                       &facts.prediction));
+    Facts facts(info, info.views);
+    check_data(splat_predictor_predict(network.predictor.get(), pictures.data(),
+                                       static_cast<std::uint32_t>(pictures.size()),
+                                       task.scene.out(), &facts.prediction));
     Json found = library_json(splat_prediction_report, &facts.prediction).at("pictures").at(0);
     for (const Json& warning : found.at("warnings")) task.warnings.push_back(warning);
     for (const char* key : {"width", "height", "mask", "square", "focal", "fov"})
         task.photo[key] = found.at(key);
     if (!mask.preset.empty()) task.photo["mask"] = "network " + mask.preset;
     if (!mask.warning.empty()) task.warnings.push_back(mask.warning);
-    if (found.at("mask") == "nothing" && !options.whole && mask.warning.empty())
+    if (found.at("mask") == "nothing" && !options.whole && info.views == 1 && mask.warning.empty())
         task.warnings.emplace_back(
             "no mask model is at hand that cuts objects out: 'vkrun priors where' lists some; or "
             "give --mask");
-    take_facts(info, std::move(facts), task);
+    take_facts(network, std::move(facts), task);
     return task;
 }
 
@@ -167,7 +177,7 @@ Predicted read_object(const PredictionOptions& options, const Network& network) 
     check_data(splat_predictor_predict_object(
         network.predictor.get(), data.get(), options.object, views.numbers.data(),
         static_cast<std::uint32_t>(views.numbers.size()), task.scene.out(), &facts.prediction));
-    take_facts(network.info, std::move(facts), task);
+    take_facts(network, std::move(facts), task);
     task.truths = views.images;
     task.evaluator = std::move(evaluator);
     return task;
@@ -180,9 +190,10 @@ std::vector<splat_camera> orbit(const PredictionOptions& options, const Predicte
     check(splat_scene_get_info(task.scene.get(), &info));
     std::vector<float> means(3 * info.count);
     check(splat_scene_read(task.scene.get(), "means", means.data(), means.size() * sizeof(float)));
-    double depth = 0;
-    for (std::size_t i = 0; i < info.count; ++i)
-        depth += static_cast<double>(means[3 * i + 2]) / static_cast<double>(info.count);
+    double depth = input.world_to_camera[11];
+    for (std::size_t i = 0; i < means.size(); ++i)
+        depth += input.world_to_camera[8 + i % 3] * static_cast<double>(means[i]) /
+                 static_cast<double>(info.count);
     auto desc = sized<splat_orbit_desc>();
     desc.width = desc.height = input.width;
     desc.elevation = options.elevation * std::numbers::pi / 180;
@@ -269,7 +280,7 @@ void add_scores(std::uint32_t object, const Predicted& task, const std::vector<f
 /// What the built-in weights do not know, for whoever gives them a picture: whether it shows a car is not known here.
 /// Empty for other weights, and for adapters that are not built in either.
 std::string built_in_note(const PredictionOptions& options, const NetworkFiles& files) {
-    if (options.image.empty() || !is_built_in(files.weights)) return "";
+    if (options.images.empty() || !is_built_in(files.weights)) return "";
     const std::filesystem::path adapters = splat::os::path_of(files.adapters);
     const bool chairs = adapters.stem() == "chairs" &&
                         adapters.parent_path() == splat::os::path_of(files.weights).parent_path();
@@ -283,6 +294,24 @@ std::string built_in_note(const PredictionOptions& options, const NetworkFiles& 
 }
 
 }  // namespace
+
+void check_pictures(const PredictionOptions& options, const Json& config) {
+    const auto views = config.at("data").at("input_images").get<std::size_t>();
+    const std::size_t given = options.images.size();
+    if (given == 0 || (given == views && (views == 1 || is_lgm(config)))) return;
+    const std::string counts =
+        format("%zu picture%s, but the network takes %zu", given, given == 1 ? "" : "s", views);
+    if (!is_lgm(config))
+        throw Failure(kUsageError,
+                      counts + (views == 1 ? "" : ", with their poses: predict from --data"));
+    throw Failure(
+        kUsageError,
+        counts +
+            ": views of one object from the front, the right, the back and the left "
+            "(azimuth 0, 90, 180, 270 degrees, level with it); make them from one picture "
+            "with a multi-view diffusion model such as ImageDream, or render or photograph "
+            "the object so");
+}
 
 std::string weights_of(const PredictionOptions& options) {
     if (!options.weights.empty()) return weights_named(options.weights);

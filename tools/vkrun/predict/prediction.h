@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "vkrun/cli/html_page.h"
 #include "vkrun/cli/json.h"
@@ -10,7 +11,8 @@
 namespace vkrun {
 
 struct PredictionOptions {
-    std::string image, mask, depth, normal;
+    std::vector<std::string> images;  ///< one, or the views of an object
+    std::string mask, depth, normal;
     std::string embedding, tokens;        ///< files of one array
     std::string mask_model, mask_preset;  ///< network that makes the mask; may be empty
     std::string data, split = "test";
@@ -33,6 +35,9 @@ struct PredictionOptions {
 /// The file of `weights`, which may name built-in ones ("cars64"); without it the built-in ones, those with depth and
 /// normals where both are given. Throws a Failure.
 std::string weights_of(const PredictionOptions& options);
+
+/// Throws a usage Failure if the network of a configuration takes another number of pictures.
+void check_pictures(const PredictionOptions& options, const Json& config);
 
 /// Predict by a network on its device, draw, and write everything into options.out; the scene and the sheet also into a
 /// page. Returns the facts: trained_for, gaussians, faint, not_finite, predict_ms, draw_ms, images, report, note

@@ -1124,7 +1124,8 @@ pub struct splat_picture {
     /** pixels of the image; 0: by its Exif data, else not known */ pub focal: f64,
     /** along the camera's axis, where the network takes it; else 0 */ pub origin_distance: f64,
     /// like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole pictures; others
-    /// take none
+    /// take none. LGM's (model.network lgm_unet) takes those around an object, from front, right, back and left,
+    /// where no picture has one
     pub world_to_camera: [f64; 16],
     /** a custom embedding, or NULL */ pub embedding: *const f32,
     /** numbers */ pub embedding_count: u64,
@@ -3036,7 +3037,8 @@ extern "C" {
 
     /// ```text
     /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
-    /// pictures    `count`, as many as the network has views
+    /// LGM's network has the origin in the middle of data.znear and data.zfar before that camera.
+    /// pictures    `count`, as many as the network has views; those of LGM's must be of one size
     /// prediction  NULL: no facts
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
     ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
