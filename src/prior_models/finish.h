@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "prior_models/onnx_session.h"
+#include "prior_models/network.h"
 #include "prior_models/prepare.h"
 
 namespace splat::prior_models {
@@ -23,9 +23,9 @@ struct PriorMap {
 
 /// What a map is made of.
 struct MapSource {
-    const OnnxTensor* main = nullptr;
-    const OnnxTensor* scale = nullptr;  ///< scale of points, or null
-    const OnnxTensor* mask = nullptr;   ///< mask of points, or null
+    const NetworkTensor* main = nullptr;
+    const NetworkTensor* scale = nullptr;  ///< scale of points, or null
+    const NetworkTensor* mask = nullptr;   ///< mask of points, or null
     std::size_t picture = 0;            ///< in the batch
 };
 

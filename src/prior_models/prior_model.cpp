@@ -36,9 +36,9 @@ Status with_size(const Status& refused, const Preset& preset, const std::string&
         refused.message().c_str(), llu(bytes), llu(preset.file.bytes));
 }
 
-std::string ports_text(const std::vector<OnnxPort>& ports) {
+std::string ports_text(const std::vector<NetworkPort>& ports) {
     std::string text;
-    for (const OnnxPort& port : ports)
+    for (const NetworkPort& port : ports)
         text += (text.empty() ? "'" : ", '") + port.name + "' " + port_text(port);
     return text.empty() ? "none" : text;
 }
@@ -64,7 +64,7 @@ Result<std::unique_ptr<PriorModel>> PriorModel::create(const PriorModelDesc& des
 
 Status PriorModel::check_input() {
     const PresetInput& input = preset_.input;
-    const std::vector<OnnxPort>& ports = session_->inputs();
+    const std::vector<NetworkPort>& ports = session_->inputs();
     const auto refuse = [&](const std::string& expected) {
         return damaged("'%s' has the inputs %s; preset '%s' expects %s", session_->path().c_str(),
                        ports_text(ports).c_str(), preset_.name.c_str(), expected.c_str());
@@ -101,7 +101,7 @@ Status PriorModel::check_input() {
 }
 
 Result<std::size_t> PriorModel::output_place(const std::string& name, std::int32_t index) const {
-    const std::vector<OnnxPort>& ports = session_->outputs();
+    const std::vector<NetworkPort>& ports = session_->outputs();
     if (name.empty() && index == -1 && !ports.empty()) return ports.size() - 1;
     for (std::size_t i = 0; i < ports.size(); ++i)
         if (name.empty() ? i == static_cast<std::size_t>(index) : ports[i].name == name) return i;
@@ -110,7 +110,7 @@ Result<std::size_t> PriorModel::output_place(const std::string& name, std::int32
                    name.empty() ? format("output %d", index).c_str() : ("'" + name + "'").c_str());
 }
 
-Status PriorModel::check_output(const PresetOutput& output, const OnnxPort& port) const {
+Status PriorModel::check_output(const PresetOutput& output, const NetworkPort& port) const {
     const bool points = output.map == data::MapKind::kDepth && output.depth == DepthOf::kPoints;
     const std::int64_t last =
         std::int64_t{output.channel} + (points ? 3 : data::channels_of(output.map));
@@ -176,9 +176,9 @@ Result<std::vector<PriorMaps>> PriorModel::run(std::span<const io::Image> pictur
 Status PriorModel::run_batch(std::span<const io::Image> pictures,
                              std::span<const WantedMaps> wanted, Extent size,
                              std::vector<PriorMaps>& all) const {
-    OnnxTensor input;
+    NetworkTensor input;
     for (const io::Image& picture : pictures) {
-        SPLAT_ASSIGN(OnnxTensor one, prepare(preset_.input, picture, size));
+        SPLAT_ASSIGN(NetworkTensor one, prepare(preset_.input, picture, size));
         if (input.dims.empty()) {
             input = std::move(one);
             continue;
@@ -198,9 +198,9 @@ Status PriorModel::run_batch(std::span<const io::Image> pictures,
         for (const auto place : {std::optional(places_[o].main), places_[o].scale, places_[o].mask})
             ask(place);
     }
-    SPLAT_ASSIGN(const std::vector<OnnxTensor> tensors,
+    SPLAT_ASSIGN(const std::vector<NetworkTensor> tensors,
                  session_->run(input, preset_.input.tokens, asked));
-    const auto tensor = [&](std::optional<std::size_t> place) -> const OnnxTensor* {
+    const auto tensor = [&](std::optional<std::size_t> place) -> const NetworkTensor* {
         if (!place) return nullptr;
         return &tensors[static_cast<std::size_t>(std::ranges::find(asked, *place) - asked.begin())];
     };

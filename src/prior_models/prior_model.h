@@ -57,7 +57,7 @@ class PriorModel {
         : preset_(std::move(preset)), session_(std::move(session)) {}
     Status check_input();
     Status check_outputs();
-    [[nodiscard]] Status check_output(const PresetOutput& output, const OnnxPort& port) const;
+    [[nodiscard]] Status check_output(const PresetOutput& output, const NetworkPort& port) const;
     Result<std::size_t> output_place(const std::string& name, std::int32_t index) const;
     [[nodiscard]] Status check_wanted(const WantedMaps& wanted) const;
     Status run_batch(std::span<const io::Image> pictures, std::span<const WantedMaps> wanted,

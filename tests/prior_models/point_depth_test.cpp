@@ -33,7 +33,7 @@ Planes wall_points(double focal, double shift, double scale) {
 TEST(PointDepth, FindsTheShiftOfACamera) {
     for (const double focal : {20.0, 45.0, 150.0})
         for (const double shift : {-3.0, 0.0, 1.1, 2.4}) {
-            const OnnxTensor scale{{1}, {2.5F}};
+            const NetworkTensor scale{{1}, {2.5F}};
             const MapSource source{nullptr, &scale, nullptr, 0};
             const auto depth = need(point_depth(wall_points(focal, shift, 2.5), source, "points"));
             for (std::size_t i = 0; i < depth.values.size(); ++i)
@@ -44,7 +44,7 @@ TEST(PointDepth, FindsTheShiftOfACamera) {
 
 TEST(PointDepth, WhatTheMaskLeavesOutIsFarthest) {
     Planes points = wall_points(45, 1, 1);
-    OnnxTensor mask{{1, kHeight, kWidth}, std::vector<float>(std::size_t{kWidth} * kHeight, 1)};
+    NetworkTensor mask{{1, kHeight, kWidth}, std::vector<float>(std::size_t{kWidth} * kHeight, 1)};
     for (std::size_t i = 0; i < kWidth; ++i) {
         mask.values[i] = 0.2F;
         points.values[3 * i + 2] = 1e6F;  // must not matter
@@ -58,11 +58,11 @@ TEST(PointDepth, WhatTheMaskLeavesOutIsFarthest) {
 
 TEST(PointDepth, RefusesAnEmptyMaskAndOneOfAnotherSize) {
     const Planes points = wall_points(45, 0, 1);
-    const OnnxTensor empty{{1, kHeight, kWidth},
+    const NetworkTensor empty{{1, kHeight, kWidth},
                            std::vector<float>(std::size_t{kWidth} * kHeight, 0)};
     EXPECT_ERROR(point_depth(points, {nullptr, nullptr, &empty, 0}, "points"), Code::kInvalidState,
                  "no valid point");
-    const OnnxTensor small{{1, 2, 2}, {1, 1, 1, 1}};
+    const NetworkTensor small{{1, 2, 2}, {1, 1, 1, 1}};
     EXPECT_ERROR(point_depth(points, {nullptr, nullptr, &small, 0}, "points"), Code::kFormat,
                  "2 x 2 pixels, expected the points' 40 x 30");
 }
