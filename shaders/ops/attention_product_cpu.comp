@@ -3,8 +3,8 @@
 // columns, and lane l of every 8 also fetches row l of a block of 8 rows, which constant shuffles then
 // broadcast. Both operands have the layout of the tile, so nothing is packed.
 // One invocation computes kColumns columns by 8 * kBlocks rows; subgroups of 8 lanes or more.
-// Bindings: s, v, y.
-// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks.
+// Bindings: s, v, other, y.
+// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks, kOther.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -16,9 +16,11 @@
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kAttentionColumnsId) const uint kColumns = 8;
 layout(constant_id = kAttentionBlocksId) const uint kBlocks = 2;
+layout(constant_id = kAttentionOtherId) const uint kOther = 0;
 QUADS(0, s);
 QUADS(1, v);
-QUADS_OUT(2, y);
+QUADS(2, other);
+QUADS_OUT(3, y);
 layout(push_constant) uniform Push { AttentionParams params; };
 
 #include "channels.glsl"
@@ -30,8 +32,8 @@ void main() {
     const uint lane = gl_SubgroupInvocationID & 7u;
     const uint image = gl_WorkGroupID.z / params.heads;
     const uint head = gl_WorkGroupID.z % params.heads;
-    const uint from_s = image * params.s_image + head * params.s_head;
-    const uint from_v = image * params.v_image + head * params.v_head;
+    const uint from_s = params.s_from + image * params.s_image + head * params.s_head;
+    const uint from_v = params.v_from + image * params.v_image + head * params.v_head;
 
     float sums[kBlocks * 8 * kColumns];  // [block][row of 8][column]
     [[unroll]] for (uint i = 0; i < kBlocks * 8 * kColumns; ++i) sums[i] = 0;
@@ -62,17 +64,20 @@ void main() {
         }
     }
 
-    const uint to = image * params.y_image + head * params.y_head;
+    const uint to = params.y_from + image * params.y_image + head * params.y_head;
     [[unroll]] for (uint half_block = 0; half_block < 2 * kBlocks; ++half_block) {
         const uint quad = 2 * first_block + half_block;
         if (4 * quad >= params.m) break;
         [[unroll]] for (uint a = 0; a < kColumns; ++a) {
             const uint r = first_column + a * gl_WorkGroupSize.x;
             const uint at = half_block * 4 * kColumns + a;
-            const vec4 value =
-                vec4(sums[at], sums[at + kColumns], sums[at + 2 * kColumns], sums[at + 3 * kColumns]);
-            if (r < params.n)
-                ST4(y, to + quad * params.y_stride + r, params.scale * channels_below(value, 4 * quad, params.m));
+            vec4 value = vec4(sums[at], sums[at + kColumns], sums[at + 2 * kColumns], sums[at + 3 * kColumns]);
+            value = params.scale * channels_below(value, 4 * quad, params.m);
+            if (r < params.n) {
+                if (kOther == kAttentionAddsOther) value += LD4(other, to + quad * params.y_stride + r);
+                if (kOther == kAttentionTimesOther) value *= LD4(other, gl_WorkGroupID.z * params.n + r);
+                ST4(y, to + quad * params.y_stride + r, value);
+            }
         }
     }
 }

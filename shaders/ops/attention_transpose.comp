@@ -18,14 +18,14 @@ void main() {
     if (4 * block >= params.m) return;
     const uint image = gl_WorkGroupID.z / params.heads;
     const uint head = gl_WorkGroupID.z % params.heads;
-    const uint from = image * params.s_image + head * params.s_head + block * params.s_stride;
+    const uint from = params.s_from + image * params.s_image + head * params.s_head + block * params.s_stride;
     mat4 values;
     [[unroll]] for (uint j = 0; j < 4; ++j) {
         const vec4 value = LD4(s, from + min(4 * quad + j, params.n - 1));
         values[j] = 4 * quad + j < params.n ? value : vec4(0);
     }
     values = transpose(values);
-    const uint to = image * params.y_image + head * params.y_head + quad * params.y_stride + 4 * block;
+    const uint to = params.y_from + image * params.y_image + head * params.y_head + quad * params.y_stride + 4 * block;
     [[unroll]] for (uint i = 0; i < 4; ++i)
         if (4 * block + i < params.m) ST4(y, to + i, values[i]);
 }

@@ -14,17 +14,22 @@ struct AttentionDesc {
 };
 
 /// Errors: kShape if the heads do not divide the channels into whole quads (one head may have any
-/// channels); kUnsupported for 2^31 weights, more than 65536 queries, keys or channels per head, or
+/// channels); kUnsupported for 2^31 weights at a time, more than 65536 queries, keys or channels per head, or
 /// beyond the device's group counts.
-Status attention_check(const vk::DeviceInfo& device, const AttentionDesc& desc);
+Status attention_check(const vk::Recorder& recorder, const AttentionDesc& desc);
 
-/// [n * heads, ceil(keys / 4), queries, 4]: the softmax of every query, saved for backward. It is kept
-/// because it is small in this network (256 keys per view: as large as q), while recomputing it would add
-/// a fifth product to the four of the backward pass.
+/// Queries of one image that are computed at a time, or 0 if the weights of all images are kept for backward. They are
+/// kept while those of an image fit in DeviceLimits::slice_bytes, since computing them again adds a fifth product to
+/// the four of the backward pass. Beyond that nothing is saved, and workspaces hold the weights of a block, backward
+/// three times: at most that limit, on GPUs 8 times as much, unless 16 queries need more. The choice does not depend
+/// on the number of images, whose results would otherwise have other bits in a larger batch.
+std::uint32_t attention_block(const vk::Recorder& recorder, const AttentionDesc& desc);
+
+/// [n * heads, ceil(keys / 4), queries, 4]: the softmax of every query, if it is kept.
 Shape attention_weights_shape(const AttentionDesc& desc);
 
 /// Bytes of `workspace`.
-std::uint64_t attention_forward_bytes(const AttentionDesc& desc);
+std::uint64_t attention_forward_bytes(const vk::Recorder& recorder, const AttentionDesc& desc);
 std::uint64_t attention_backward_bytes(const vk::Recorder& recorder, const AttentionDesc& desc);
 
 /// Dot-product attention of each image and head:
@@ -33,7 +38,7 @@ std::uint64_t attention_backward_bytes(const vk::Recorder& recorder, const Atten
 ///
 /// q, y         [N,C,queries] float32 as quads
 /// k, v         [N,C,keys] as quads; no aliasing
-/// weights      out, saved for backward
+/// weights      out, saved for backward; without a buffer if attention_block() is not 0
 /// Errors       those of attention_check; nothing is recorded on error
 /// Precision    relative L2 2e-6 (tests/ops/attention_test.cpp)
 /// Determinism  bit-exact for any thread count

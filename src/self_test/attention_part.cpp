@@ -33,7 +33,8 @@ Result<AttentionViews> record_attention(Trial& trial, const Attention& of) {
     SPLAT_ASSIGN(at.v, trial.put(to_quads(of.v, Attention::kC, Attention::kJ)));
     SPLAT_ASSIGN(at.y, trial.room(Attention::kC * Attention::kL * 4));
     SPLAT_ASSIGN(at.weights, trial.room(ops::attention_weights_shape(of.desc).elements() * 4));
-    SPLAT_ASSIGN(const vk::BufferView space, trial.room(ops::attention_forward_bytes(of.desc)));
+    SPLAT_ASSIGN(const vk::BufferView space,
+                 trial.room(ops::attention_forward_bytes(trial.recorder(), of.desc)));
     SPLAT_TRY(ops::attention_forward(trial.recorder(), of.desc, at.q, at.k, at.v, at.y, at.weights,
                                      space));
     return at;

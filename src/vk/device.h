@@ -55,6 +55,9 @@ struct DeviceLimits {
     std::uint32_t most_lanes = 0;
     double timestamp_ns = 0;           ///< nanoseconds per tick; 0 = no timestamps
     std::uint64_t timestamp_mask = 0;  ///< the valid bits of a tick count
+    /// What an operator that can work in slices writes at a time for its next kernel to read. Not asked of the device:
+    /// 16 MiB stay in the caches of most processors.
+    std::uint64_t slice_bytes = std::uint64_t{16} << 20;
 
     /// Most subgroups of a workgroup in which fast kernels run: they have 8 lanes or more. Shaders end where a
     /// driver runs smaller ones.

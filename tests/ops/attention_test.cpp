@@ -13,6 +13,24 @@ namespace {
 class Attention : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(Attention);
 
+/// On a device whose slices hold no weights: every call takes blocks, of 16 queries.
+class AttentionBlocks : public KernelsTest {
+  protected:
+    void SetUp() override {
+        KernelsTest::SetUp();
+        if (IsSkipped()) return;
+        vk::ContextDesc desc = context_desc(GetParam());
+        desc.device.fake = [](vk::DeviceInfo& info) { info.limits.slice_bytes = 1; };
+        context_ = make_context(desc);
+        ASSERT_NE(context_, nullptr);
+    }
+    [[nodiscard]] vk::Context& blocks() const { return *context_; }
+
+  private:
+    std::shared_ptr<vk::Context> context_;
+};
+SPLAT_INSTANTIATE_KERNELS(AttentionBlocks);
+
 struct AttentionShape {
     std::uint32_t n;
     std::uint32_t c;
@@ -69,11 +87,11 @@ TEST_P(Attention, LargeScoresStayFinite) {
     expect_matches(context(), shape, shape.call(210, 20));
 }
 
-TEST_P(Attention, EqualKeysGiveTheMean) {
+void expect_the_mean_of_equal_keys(vk::Context& context) {
     OpCall call = AttentionShape{1, 8, 1, 5, 16}.call(300);
     for (std::size_t i = 0; i < call.inputs[1].values.size(); ++i)
         call.inputs[1].values[i] = call.inputs[1].values[i / 16 * 16];
-    const OpResult gpu = run_op(context(), call);
+    const OpResult gpu = run_op(context, call);
     ASSERT_OK(gpu.status);
     for (std::size_t c = 0; c < 8; ++c) {
         double mean = 0;
@@ -82,6 +100,59 @@ TEST_P(Attention, EqualKeysGiveTheMean) {
         for (std::size_t l = 0; l < 5; ++l)
             EXPECT_NEAR(static_cast<double>(gpu.outputs[0][c * 5 + l]), mean, 1e-6);
     }
+}
+
+TEST_P(Attention, EqualKeysGiveTheMean) {
+    expect_the_mean_of_equal_keys(context());
+}
+
+TEST_P(AttentionBlocks, MatchFloat64) {
+    std::uint64_t seed = 10;
+    for (const AttentionShape& shape : kShapes)
+        expect_matches(blocks(), shape, shape.call(seed += 5));
+    expect_the_mean_of_equal_keys(blocks());
+}
+
+/// Scores of thousands; a key that outweighs all others, the last of them.
+TEST_P(AttentionBlocks, LargeScoresStayFinite) {
+    const AttentionShape shape{1, 16, 2, 33, 40};
+    OpCall one = shape.call(220);
+    for (std::size_t i = 39; i < one.inputs[1].values.size(); i += 40)
+        one.inputs[1].values[i] *= 1e4F;
+    for (const OpCall& call : {shape.call(200, 1e4), one}) {
+        const OpResult gpu = run_op(blocks(), call);
+        ASSERT_OK(gpu.status);
+        EXPECT_TRUE(all_finite(gpu.outputs[0], {"y", reproduce("large")}));
+        for (const auto& grad : gpu.grad_inputs)
+            EXPECT_TRUE(all_finite(grad, {"gradients", reproduce("large")}));
+    }
+    expect_matches(blocks(), shape, shape.call(210, 20));
+}
+
+TEST_P(AttentionBlocks, EachGradientAlone) {
+    expect_each_gradient_alone(blocks(), AttentionShape{2, 8, 2, 37, 21}.call(230));
+}
+
+/// An image of a batch has the bits that it has alone, as ranks of a training need.
+TEST_P(AttentionBlocks, ImagesDoNotDependOnOthers) {
+    const AttentionShape shape{3, 8, 2, 37, 21};
+    OpCall call = shape.call(240);
+    const OpResult all = run_op(blocks(), call);
+    ASSERT_OK(all.status);
+    for (auto* tensors : {&call.inputs, &call.grad_outputs})
+        for (HostTensor& tensor : *tensors) {
+            const std::size_t count = tensor.values.size() / 3;
+            tensor.values.erase(tensor.values.begin(),
+                                tensor.values.end() - static_cast<std::ptrdiff_t>(count));
+            tensor.shape = {1, tensor.shape[1], tensor.shape[2]};
+        }
+    const OpResult last = run_op(blocks(), call);
+    ASSERT_OK(last.status);
+    const auto expect_tail = [](const std::vector<float>& whole, const std::vector<float>& part) {
+        EXPECT_TRUE(std::equal(part.rbegin(), part.rend(), whole.rbegin()));
+    };
+    expect_tail(all.outputs[0], last.outputs[0]);
+    for (std::size_t i = 0; i < 3; ++i) expect_tail(all.grad_inputs[i], last.grad_inputs[i]);
 }
 
 TEST_P(Attention, ImagesAreRowsOfPixels) {
@@ -153,12 +224,36 @@ TEST(AttentionReference, GradcheckFloat64) {
 }
 
 TEST(AttentionCheck, RefusesWhatIsTooLarge) {
-    const vk::DeviceInfo& device = vk::Recorder(*shared_context()).device();
+    const vk::Recorder device(*shared_context());
     EXPECT_OK(ops::attention_check(device, {8, 256, 1, 4096, 4096}));
+    EXPECT_OK(ops::attention_check(device, {1, 4, 1, 65536, 65536}));
     EXPECT_ERROR(ops::attention_check(device, {1, 4, 1, 70000, 4}), Code::kUnsupported, "65536");
-    EXPECT_ERROR(ops::attention_check(device, {1, 4, 1, 65536, 65536}), Code::kUnsupported, "2^31");
-    EXPECT_ERROR(ops::attention_check(device, {~0U, 4, 1, 65536, 65536}), Code::kUnsupported,
+    EXPECT_ERROR(ops::attention_check(device, {1, 8196, 2049, 65536, 65536}), Code::kUnsupported,
                  "2^31");
+    EXPECT_ERROR(ops::attention_check(device, {~0U, 4, 1, 65536, 65536}), Code::kUnsupported,
+                 "at most");
+}
+
+/// What small networks keep they keep, and the workspaces of large ones do not grow with the pairs.
+TEST_P(Attention, BoundsItsMemory) {
+    const vk::Recorder recorder(context());
+    constexpr std::uint64_t kSlice = 16 << 20;
+    ASSERT_EQ(recorder.device().limits.slice_bytes, kSlice);
+    for (const std::uint32_t tokens : {256U, 1024U, 2048U})
+        EXPECT_EQ(ops::attention_block(recorder, {8, 256, 1, tokens, tokens}), 0U) << tokens;
+    const std::uint64_t most = GetParam() == vk::Kernels::kCpu ? kSlice : 8 * kSlice;
+    const ops::AttentionDesc larges[] = {{1, 384, 6, 1201, 1201},   {1, 1024, 16, 3601, 3601},
+                                         {1, 1024, 16, 4096, 4096}, {4, 1024, 16, 4096, 4096},
+                                         {1, 256, 1, 65536, 65536}, {1, 256, 1, 65536, 77}};
+    for (const ops::AttentionDesc& desc : larges) {
+        const std::uint32_t block = ops::attention_block(recorder, desc);
+        const std::uint64_t pixels = std::max(desc.queries, desc.keys);
+        const std::uint64_t activation = std::uint64_t{desc.c} * pixels * 4;
+        const std::uint64_t room = activation + (1 << 20);
+        EXPECT_GT(block, 0U) << desc.queries;
+        EXPECT_LE(ops::attention_forward_bytes(recorder, desc), room + most);
+        EXPECT_LE(ops::attention_backward_bytes(recorder, desc), room + 3 * most);
+    }
 }
 
 }  // namespace

@@ -56,24 +56,31 @@ void add_activation(std::vector<OpStress>& families, const std::string& op) {
     families.push_back({op + "/minus_infinity", "-inf, whose result is the limit", edges});
 }
 
+/// The second set has more weights than are kept.
 void add_attention(std::vector<OpStress>& families, bool quick) {
-    const Dims dims{1, 16, 5, 13};
-    const auto attention = [&](double deviation) {
+    const auto attention = [&](const Dims& dims, double deviation) {
         return made(
             "attention", {{"heads", 2}},
             {filled("q", dims, 1, 0, deviation), uniform("k", dims, 2), uniform("v", dims, 3)},
             {uniform("y", dims, 4)});
     };
-    for (const int exponent : quick ? std::vector<int>{2, 4} : std::vector<int>{1, 2, 3, 4, 6, 30})
-        families.push_back({format("attention/softmax_1e%d", exponent),
-                            format("scores up to about 1e%d", exponent),
-                            attention(std::pow(10, exponent) / 3)});
-    OpCase equal = attention(0);
-    families.push_back({"attention/softmax_equal", "all scores equal", equal});
-    OpCase one = attention(1);
-    for (std::size_t i = 0; i < one.inputs[1].values.size(); i += 65)
-        one.inputs[1].values[i] *= 1e4F;
-    families.push_back({"attention/softmax_dominant", "one key outweighs all others", one});
+    const auto add = [&](const std::string& name, const Dims& dims, std::vector<int> exponents) {
+        for (const int exponent : exponents)
+            families.push_back({format("attention/%s_1e%d", name.c_str(), exponent),
+                                format("scores up to about 1e%d", exponent),
+                                attention(dims, std::pow(10, exponent) / 3)});
+        families.push_back(
+            {"attention/" + name + "_equal", "all scores equal", attention(dims, 0)});
+        OpCase one = attention(dims, 1);
+        const std::size_t keys = dims[2] * dims[3];
+        for (std::size_t i = 0; i < one.inputs[1].values.size(); i += keys)
+            one.inputs[1].values[i] *= 1e4F;
+        families.push_back(
+            {"attention/" + name + "_dominant", "one key outweighs all others", one});
+    };
+    add("softmax", {1, 16, 5, 13},
+        quick ? std::vector<int>{2, 4} : std::vector<int>{1, 2, 3, 4, 6, 30});
+    if (!quick) add("blocks", {1, 8, 1, 1451}, {2, 4});
 }
 
 void add_group_norm(std::vector<OpStress>& families, bool quick) {
