@@ -95,7 +95,7 @@ TEST(PointDepth, StaysBeforeTheBarrier) {
     const auto made = need(point_depth(points, {}, "points"));
     for (std::size_t i = 2; i < points.values.size(); i += 3)
         nearest = std::min(nearest, points.values[i]);
-    EXPECT_GT(nearest + made.shift, 0);
+    EXPECT_GT(static_cast<double>(nearest) + made.shift, 0);
     for (const float z : made.depth.values) EXPECT_GT(z, 0);
 }
 

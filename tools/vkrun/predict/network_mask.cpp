@@ -25,7 +25,10 @@ bool found_by_alpha(const splat_image& picture) {
 
 void run_network(const std::string& model, const std::string& preset, const LoadedPicture& picture,
                  NetworkMask& mask) {
-    const PriorModel loaded = load_prior_model({model, preset});
+    ModelSource source;
+    source.model = model;
+    source.preset = preset;
+    const PriorModel loaded = load_prior_model(source);
     auto info = sized<splat_prior_model_info>();
     check(splat_prior_model_get_info(loaded.get(), &info));
     mask.bytes.resize(std::size_t{picture.image.width} * picture.image.height);
