@@ -38,6 +38,7 @@ layout(push_constant) uniform Push { GaussianHeadParams dims; };
 #include "launch.glsl"
 #include "finite.glsl"
 #include "activations/sigmoid.glsl"
+#include "activations/softplus.glsl"
 #include "norms/quaternion.glsl"
 
 const uint kQuads = (kPerPixel * kChannels + 3) / 4;  // a pixel has so many
@@ -50,18 +51,10 @@ const float kDivisorGuard = 1e-10;  // added to the homogeneous coordinate
 // Three channels.
 #define RAW3(i) vec3(raw[i], raw[(i) + 1], raw[(i) + 2])
 
-// log(1 + exp(t)), by log(1 + e) = 2 artanh(e / (2 + e)): the built-in log may be 2^-21 off near 1, beyond any small e.
-float softplus(float t) {
-    const float e = exp(-abs(t)), s = e / (2 + e), q = s * s;  // q <= 1/9
-    const float odd = q * (0.333333333 + q * (0.2 + q * (0.142857143 + q * (0.111111111 + q * (0.0909090909 +
-                      q * (0.0769230769 + q * 0.0666666667))))));
-    return (t > 0 ? t : 0.0) + 2 * (s + s * odd);
-}
-
 float activated(uint activation, float t) {
     if (activation == kHeadSigmoid) return sigmoid(t);
     if (activation == kHeadExp) return exp(t);
-    if (activation == kHeadSoftplus) return softplus(t) / 10;
+    if (activation == kHeadSoftplus) return softplus(vec4(t)).x / 10;
     if (activation == kHeadTanh) return sigmoid(2 * t);
     return t;
 }

@@ -40,20 +40,44 @@ def group_norm(a, x, gamma, beta):
     return F.silu(y) if a.get("silu") else y
 
 
+def pad2d(a, x):
+    sides = [a.get(side, 0) for side in ("left", "right", "top", "bottom")]
+    return F.pad(x, sides, mode="replicate" if a.get("replicate") else "constant")
+
+
+def patches2d(a, x):
+    return (F.pixel_shuffle if a.get("up") else F.pixel_unshuffle)(x, a.get("size", 2))
+
+
+def resize2d(a, x):
+    scales = (a.get("scale_y"), a.get("scale_x"))
+    how = {"scale_factor": scales} if all(scales) else {"size": (a["height"], a["width"])}
+    return F.interpolate(x, mode="bicubic" if a.get("filter") else "bilinear", align_corners=False,
+                         antialias=a.get("antialias", False), **how)
+
+
 OPS = {
     "add": lambda a, x, y: (x + y) * a.get("scale", 1),
     "attention": attention,
+    "clamp": lambda a, x: torch.clamp(x, a.get("least"), a.get("most")) if a else x * 1,
     "conv2d": conv2d,
     "exp": lambda a, x: torch.exp(x),
     "gelu": lambda a, x: F.gelu(x, approximate="tanh" if a.get("tanh") else "none"),
     "group_norm": group_norm,
     "l1": lambda a, x, y: F.l1_loss(x, y).reshape(1),
     "l2": lambda a, x, y: F.mse_loss(x, y).reshape(1),
+    "layer_norm": lambda a, x, gamma, beta: F.layer_norm(
+        x.movedim(1, -1), gamma.shape, gamma, beta, a.get("eps", 1e-6)).movedim(-1, 1),
     "linear": lambda a, x, weight, bias=None: F.linear(x, weight, bias),
     "max_pool2d": lambda a, x: F.max_pool2d(x, 2),
+    "pad2d": pad2d,
+    "patches2d": patches2d,
     "relu": lambda a, x: F.relu(x),
+    "resize2d": resize2d,
     "sigmoid": lambda a, x: torch.sigmoid(x),
     "silu": lambda a, x: F.silu(x),
+    "softplus": lambda a, x: F.softplus(x),
+    "tanh": lambda a, x: torch.tanh(x),
 }
 
 

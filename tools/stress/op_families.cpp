@@ -83,10 +83,22 @@ void cancel(CaseTensor& x) {
     }
 }
 
-double mean_of(const std::vector<float>& values, std::size_t first, std::size_t count) {
+/// Takes the float32 number nearest to the mean of `count` numbers, each `step` behind the one before, off them, where
+/// that is exact.
+void take_about_pivot(std::vector<float>& x, std::size_t first, std::size_t count,
+                      std::size_t step) {
     double sum = 0;
-    for (std::size_t i = first; i < first + count; ++i) sum += static_cast<double>(values[i]);
-    return sum / static_cast<double>(count);
+    for (std::size_t k = 0; k < count; ++k) sum += static_cast<double>(x[first + k * step]);
+    const auto pivot = static_cast<double>(static_cast<float>(sum / static_cast<double>(count)));
+    bool exact = true;
+    for (std::size_t k = 0; k < count; ++k) {
+        const double rest = static_cast<double>(x[first + k * step]) - pivot;
+        exact = exact && static_cast<double>(static_cast<float>(rest)) == rest;
+    }
+    for (std::size_t k = 0; exact && k < count; ++k) {
+        float& value = x[first + k * step];
+        value = static_cast<float>(static_cast<double>(value) - pivot);
+    }
 }
 
 }  // namespace
@@ -142,20 +154,20 @@ CaseReference reference_about_pivots(const OpCase& op_case) {
         for (float& value : input.values)  // the limit
             if (std::isinf(value)) value = std::copysign(std::numeric_limits<float>::max(), value);
     if (op_case.op == "ssim") return with_magnitudes_about_gray(moved);
-    if (op_case.op != "group_norm") return bench::sampled_reference_of(moved);
-    const auto groups = op_case.attributes.at("groups").get<std::size_t>();
     std::vector<float>& x = moved.inputs[0].values;
-    const auto images = static_cast<std::size_t>(moved.inputs[0].dims[0]);
-    const std::size_t each = x.size() / (images * groups);
-    for (std::size_t first = 0; first < x.size(); first += each) {
-        const auto pivot = static_cast<double>(static_cast<float>(mean_of(x, first, each)));
-        bool exact = true;
-        for (std::size_t i = first; i < first + each; ++i) {
-            const double rest = static_cast<double>(x[i]) - pivot;
-            exact = exact && static_cast<double>(static_cast<float>(rest)) == rest;
-        }
-        for (std::size_t i = first; exact && i < first + each; ++i)
-            x[i] = static_cast<float>(static_cast<double>(x[i]) - pivot);
+    const auto& dims = moved.inputs[0].dims;
+    const auto images = static_cast<std::size_t>(dims[0]);
+    if (op_case.op == "group_norm") {
+        const auto groups = op_case.attributes.at("groups").get<std::size_t>();
+        const std::size_t each = x.size() / (images * groups);
+        for (std::size_t first = 0; first < x.size(); first += each)
+            take_about_pivot(x, first, each, 1);
+    }
+    if (op_case.op == "layer_norm") {
+        const auto channels = static_cast<std::size_t>(dims[1]);
+        const std::size_t pixels = x.size() / (images * channels);
+        for (std::size_t i = 0; i < images * pixels; ++i)
+            take_about_pivot(x, i / pixels * channels * pixels + i % pixels, channels, pixels);
     }
     return bench::sampled_reference_of(moved);
 }

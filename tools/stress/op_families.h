@@ -17,9 +17,9 @@ struct OpStress {
 /// Families that any operator has (its smallest benchmark with changed values), and those made for this one.
 std::vector<OpStress> op_families(const std::string& op, bool quick);
 
-/// reference_of(), with group_norm's x taken about a float32 number near the mean of its group. The values are
-/// the same, and x minus that number is exact, so that the magnitudes, and with them the bounds, are those of
-/// statistics about a pivot. An infinite number counts as the largest one.
+/// reference_of(), with x of group_norm and layer_norm taken about a float32 number near the mean of its group or of
+/// its pixel. The values are the same, and x minus that number is exact, so that the magnitudes, and with them the
+/// bounds, are those of statistics about a pivot. An infinite number counts as the largest one.
 CaseReference reference_about_pivots(const OpCase& op_case);
 
 }  // namespace vkrun::stress

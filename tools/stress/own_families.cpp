@@ -5,6 +5,8 @@
 
 #include "bench/ops/op_bench.h"
 #include "ref/group_norm_ref.h"
+#include "ref/images/resize2d_ref.h"
+#include "ref/layer_norm_ref.h"
 #include "ref/linear_ref.h"
 #include "vkrun/cli/text.h"
 
@@ -102,6 +104,34 @@ void add_group_norm(std::vector<OpStress>& families, bool quick) {
         add(format("sum_1e%d", exponent), format("groups of about 1e%d elements", exponent),
             group_norm({1, 2, side, side}, 2, false));
     }
+}
+
+void add_layer_norm(std::vector<OpStress>& families) {
+    const auto norm = [](const Dims& x) {
+        return example_case("layer_norm", splat::ref::layer_norm_example(x).front());
+    };
+    OpCase flat = norm({1, 9, 5, 6});
+    flat.inputs[0] = filled_with("x", {1, 9, 5, 6}, 1234.5F);
+    families.push_back({"layer_norm/flat", "every element 1234.5: no deviation at all", flat});
+    OpCase outlier = norm({1, 9, 5, 6});
+    outlier.inputs[0].values[0] = 1e6F;
+    families.push_back({"layer_norm/outlier", "one element of 1e6 among normal ones", outlier});
+    families.push_back({"layer_norm/one", "pixels of one channel", norm({2, 1, 3, 4})});
+    families.push_back({"layer_norm/wide", "pixels of 4096 channels", norm({1, 4096, 2, 3})});
+}
+
+void add_resize2d(std::vector<OpStress>& families) {
+    const auto add = [&](const char* name, const char* input, const splat::ref::OpExample& of) {
+        families.push_back({std::string("resize2d/") + name, input, example_case("resize2d", of)});
+    };
+    using splat::ref::resize2d_example;
+    add("cubic", "cubic, 5/3 and 4/3 of the size",
+        resize2d_example({1, 5, 9, 12}, 15, 16, R"(, "filter": 1)"));
+    add("cubic_antialias", "cubic, to a fifth and a seventh of the size",
+        resize2d_example({1, 5, 35, 36}, 7, 5, R"(, "filter": 1, "antialias": true)"));
+    add("antialias", "linear, to a sixth and a seventh of the size",
+        resize2d_example({1, 5, 35, 36}, 5, 6, R"(, "antialias": true)"));
+    add("wide", "a line of 4000 pixels", resize2d_example({1, 2, 1, 3001}, 1, 4003));
 }
 
 /// Sums of 10^2 to 10^7 terms.
@@ -204,6 +234,8 @@ std::vector<OpStress> own_families(const std::string& op, bool quick) {
     if (op == "conv2d") add_conv2d(families);
     if (op == "group_norm") add_group_norm(families, quick);
     if (op == "gaussian_head") add_head(families);
+    if (op == "layer_norm") add_layer_norm(families);
+    if (op == "resize2d") add_resize2d(families);
     if (op == "l1" || op == "l2" || op == "linear") add_sums(families, op, quick);
     if (op == "ssim") add_images(families, op);
     const OpCase usual = bench::bench_cases(op, true).front();

@@ -37,9 +37,9 @@ struct Resample2dParams {
 struct Patches2dParams {
     uint n;  // images
     uint c;  // their channels
-    uint rows;  // of patches
+    uint rows;  // patches along each axis
     uint columns;
-    uint size;  // pixels of a patch along each axis
+    uint size;  // pixels of one along each axis
     uint groups_x;
 };
 

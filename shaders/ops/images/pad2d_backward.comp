@@ -1,6 +1,6 @@
 #version 460
-// grad_x[i, j] = grad_y[i + top, j + left], 0 where y has no such pixel; on the border of x, if kReplicate, the sum over
-// all pixels of y that are it. One invocation computes one quad of grad_x. Bindings: grad_y, grad_x, both quads.
+// grad_x[i, j] = grad_y[i + top, j + left], 0 where y has no such pixel; on the border of x, if kReplicate, the sum
+// over all pixels of y that are it. One invocation computes one quad of grad_x. Bindings: grad_y, grad_x, both quads.
 // Specialisation: kReplicate.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"

@@ -51,7 +51,7 @@ TEST_P(Pad2d, MatchesFloat64) {
             const OpExpected expected = expected_of(call);
             const OpResult gpu = run_op(context(), call);
             ASSERT_OK(gpu.status) << c.text();
-            const std::string how = reproduce(c.text());  // of what is added, or cut, much is zero
+            const std::string how = reproduce(c.text());  // many results are zero
             EXPECT_TRUE(exact(gpu.outputs[0], expected.outputs[0], {"y", how, false, true}));
             EXPECT_TRUE(matches(gpu.grad_inputs[0], expected.grad_inputs[0],
                                 tolerance("pad2d", "grad_x"), {"grad_x", how, true, true}));

@@ -67,7 +67,7 @@ inline constexpr OpRef kPatches2dRef{
                                patches2d_example(2, 3, 2, 3, 3, true)};
         },
     .sizes =
-        [] {  // of MoGe-2: the pixels of 1,200 tokens, and twice the size in its decoder
+        [] {  // what MoGe-2 has: the pixels of 1,200 tokens, and twice the size in its decoder
             return std::vector{patches2d_example(1, 3, 30, 40, 14, false),
                                patches2d_example(1, 192, 60, 80, 2, true)};
         }};
