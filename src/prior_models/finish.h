@@ -27,7 +27,7 @@ struct MapSource {
     const NetworkTensor* main = nullptr;
     const NetworkTensor* scale = nullptr;  ///< scale of points, or null
     const NetworkTensor* mask = nullptr;   ///< mask of points, or null
-    std::size_t picture = 0;            ///< in the batch
+    std::size_t picture = 0;               ///< in the batch
 };
 
 /// An output as a map of the size of its picture.

@@ -157,7 +157,7 @@ Result<NetworkTensor> OnnxSession::read_output(OrtValue* value, const std::strin
 }
 
 Result<std::vector<NetworkTensor>> OnnxSession::run(const NetworkTensor& input, std::int64_t tokens,
-                                                 std::span<const std::size_t> wanted) const {
+                                                    std::span<const std::size_t> wanted) const {
     const OrtApi& api = runtime_->api();
     std::vector<std::uint16_t> halves;
     void* data = const_cast<float*>(input.values.data());  // the runtime only reads it

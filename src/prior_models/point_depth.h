@@ -10,9 +10,9 @@ namespace splat::prior_models {
 /// Points with their shift, and the camera that sees them.
 struct PointDepth {
     Planes depth;
-    double focal = 1;  ///< focal length, in halves of the diagonal
-    double shift = 0;  ///< s, before the scale
-    bool found = true; ///< false: no focal length above 0 fits, so it is that of kOtherwiseDegrees
+    double focal = 1;   ///< focal length, in halves of the diagonal
+    double shift = 0;   ///< s, before the scale
+    bool found = true;  ///< false: no focal length above 0 fits, so it is that of kOtherwiseDegrees
 };
 
 /// Degrees across the width of the camera where points do not tell it, as MoGe's users take it.

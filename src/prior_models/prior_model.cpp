@@ -84,7 +84,8 @@ Result<std::unique_ptr<PriorModel>> PriorModel::create(const PriorModelDesc& des
     const bool by_weights = desc.preset.empty() && io::is_weights_file(desc.model);
     Preset preset;
     if (!by_weights)
-        SPLAT_SET(preset, desc.preset.empty() ? preset_of_file(desc.model) : preset_of(desc.preset));
+        SPLAT_SET(preset,
+                  desc.preset.empty() ? preset_of_file(desc.model) : preset_of(desc.preset));
     SPLAT_ASSIGN(const std::string path, model_path(preset, desc.model));
     auto network = open_network(desc, path);
     if (!network.ok()) return with_size(network.status(), preset, path);

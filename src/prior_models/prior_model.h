@@ -15,9 +15,9 @@ namespace splat::prior_models {
 using OpenWeights = std::function<Result<std::unique_ptr<Network>>(const std::string& path)>;
 
 struct PriorModelDesc {
-    std::string preset;   ///< a name, or JSON; empty: by the model's file
-    std::string model;    ///< ONNX file or weights; empty: the preset's in models_folder()
-    std::string runtime;  ///< library; empty: see OnnxRuntime::load()
+    std::string preset;         ///< a name, or JSON; empty: by the model's file
+    std::string model;          ///< ONNX file or weights; empty: the preset's in models_folder()
+    std::string runtime;        ///< library; empty: see OnnxRuntime::load()
     std::uint32_t threads = 0;  ///< 0: one per core
     std::uint32_t tokens = 0;   ///< value of an input of tokens; 0: the preset's
     OpenWeights open_weights = {};

@@ -69,9 +69,8 @@ ValueId Layers::patches(const std::string& name, ValueId x, std::uint32_t out, s
 ValueId Layers::transposed(const std::string& name, ValueId x, std::uint32_t out) {
     if (!ok()) return kNoValue;
     const std::uint32_t in = channels(x);
-    const ValueId weight =
-        parameter(name + ".weight", {4 * out, in, 1, 1},
-                  {name + ".weight", {in, out, 2, 2}, Form::kTransposed, 4});
+    const ValueId weight = parameter(name + ".weight", {4 * out, in, 1, 1},
+                                     {name + ".weight", {in, out, 2, 2}, Form::kTransposed, 4});
     const ValueId bias =
         parameter(name + ".bias", {4 * out}, {name + ".bias", {out}, Form::kRepeated, 4});
     return graph_.op("patches2d", {convolve(x, weight, bias, kNoValue)},

@@ -23,7 +23,8 @@ struct Origin {
     std::vector<std::int64_t> dims;  ///< its shape there
     Form form = Form::kSame;
     std::uint32_t number = 0;  ///< kThird: which one; kRepeated: how often
-    std::string rows_by = {};  ///< name of a tensor, one number a row, that multiplies the rows; empty: none
+    std::string rows_by =
+        {};  ///< name of a tensor, one number a row, that multiplies the rows; empty: none
 };
 
 /// Layers of a network whose weights are given: each adds operators to a graph, and notes what its parameters are in a

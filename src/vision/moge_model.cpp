@@ -116,8 +116,8 @@ Status MogeModel::load(const io::NamedTensors& tensors) {
     SPLAT_ASSIGN(nn::Parameters made, nn::Parameters::create(context_, *first_graph_, false));
     parameters_ = std::make_unique<nn::Parameters>(std::move(made));
     for (const nn::Parameter& parameter : parameters_->all())
-        SPLAT_TRY(parameters_->write(parameter,
-                                     values_of(layers.origins().at(parameter.name), tensors)));
+        SPLAT_TRY(
+            parameters_->write(parameter, values_of(layers.origins().at(parameter.name), tensors)));
     return {};
 }
 
@@ -198,9 +198,10 @@ Result<MogeMaps> MogeModel::run(std::span<const float> image, std::uint32_t widt
     const Status ready =
         prepare(static_cast<std::uint32_t>(rows), static_cast<std::uint32_t>(columns));
     if (ready.code() == Code::kOutOfDeviceMemory)
-        return Status(ready.code(), splat::format("%lld tokens (%.0f x %.0f patches) are too many: ",
-                                                  lld(tokens), columns, rows) +
-                                        ready.message());
+        return Status(ready.code(),
+                      splat::format("%lld tokens (%.0f x %.0f patches) are too many: ", lld(tokens),
+                                    columns, rows) +
+                          ready.message());
     SPLAT_TRY(ready);
     SPLAT_TRY(put_inputs(image, width, height));
     SPLAT_TRY(executor_->forward());
@@ -209,10 +210,10 @@ Result<MogeMaps> MogeModel::run(std::span<const float> image, std::uint32_t widt
     for (std::size_t i = 0; i < values_.heads.size(); ++i) {
         const StackSizes& head = sizes_.heads[i];
         SPLAT_ASSIGN(const std::vector<float> planes, take(values_.heads[i]));
-        SPLAT_ASSIGN(const std::vector<double> raw,
-                     resized(interleaved(planes, head.out), head.out,
-                             {columns_ << last, rows_ << last}, {width, height},
-                             data::ValueFilter::kLinear));
+        SPLAT_ASSIGN(
+            const std::vector<double> raw,
+            resized(interleaved(planes, head.out), head.out, {columns_ << last, rows_ << last},
+                    {width, height}, data::ValueFilter::kLinear));
         if (head.name == "points_head") maps.points = remapped_points(raw);
         if (head.name == "normal_head") maps.normals = unit_normals(raw);
         if (head.name == "mask_head") maps.mask = sigmoids(raw);

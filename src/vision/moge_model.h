@@ -10,10 +10,12 @@ namespace splat::vision {
 
 /// What MoGe-2 makes of a picture, each of its size, row by row.
 struct MogeMaps {
-    std::vector<float> points;   ///< [height,width,3], x right, y down, z forward, up to a shift of z and the scale
-    std::vector<float> normals;  ///< [height,width,3], unit, in the same axes; empty if the network makes none
-    std::vector<float> mask;     ///< [height,width], 0 to 1: where points are valid
-    float scale = 1;             ///< metres per unit of the points, once they are shifted
+    std::vector<float>
+        points;  ///< [height,width,3], x right, y down, z forward, up to a shift of z and the scale
+    std::vector<float>
+        normals;  ///< [height,width,3], unit, in the same axes; empty if the network makes none
+    std::vector<float> mask;  ///< [height,width], 0 to 1: where points are valid
+    float scale = 1;          ///< metres per unit of the points, once they are shifted
 };
 
 /// MoGe-2 (Wang et al. 2025, arXiv:2507.02546), as the published code runs it in PyTorch: the picture is resampled

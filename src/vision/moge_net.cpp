@@ -18,7 +18,8 @@ ValueId norm(Layers& layers, const std::string& name, ValueId x, BlockNorm kind)
     return layers.group_norm(name, x, groups, kNormEps);
 }
 
-ValueId residual_block(Layers& layers, const std::string& name, const StackSizes& stack, ValueId x) {
+ValueId residual_block(Layers& layers, const std::string& name, const StackSizes& stack,
+                       ValueId x) {
     if (!layers.ok()) return kNoValue;
     nn::Graph& graph = layers.graph();
     const std::uint32_t c = layers.channels(x);
@@ -35,9 +36,9 @@ ValueId up(Layers& layers, const std::string& name, bool transposed, ValueId x, 
         x = layers.transposed(name + ".0", x, out);
     } else {
         const Shape shape = layers.graph().value(x).shape;
-        x = layers.graph().op("resize2d", {x},
-                              {{"width", std::int64_t{2} * shape[3]},
-                               {"height", std::int64_t{2} * shape[2]}});
+        x = layers.graph().op(
+            "resize2d", {x},
+            {{"width", std::int64_t{2} * shape[3]}, {"height", std::int64_t{2} * shape[2]}});
     }
     return layers.conv3(name + ".1", x, out);
 }
@@ -54,8 +55,8 @@ std::vector<ValueId> add_stack(Layers& layers, const StackSizes& stack,
                    stack.transposed[l - 1], x, stack.widths[l]);
         x = layers.conv1(stack.name + ".input_blocks." + level, inputs[l], stack.widths[l], x);
         for (std::uint32_t b = 0; b < stack.blocks[l]; ++b)
-            x = residual_block(layers, stack.name + ".res_blocks." + level + "." + std::to_string(b), stack,
-                      x);
+            x = residual_block(
+                layers, stack.name + ".res_blocks." + level + "." + std::to_string(b), stack, x);
         levels.push_back(x);
     }
     return levels;

@@ -7,8 +7,10 @@ namespace splat::vision {
 /// Values of MoGe-2's graph, of a picture of rows * columns patches. Level l has rows * 2^l by columns * 2^l pixels.
 struct MogeValues {
     VitValues encoder;
-    std::vector<nn::ValueId> views;  ///< by level, input [1,2,...]: where each pixel lies, see view_plane()
-    std::vector<nn::ValueId> heads;  ///< in the order of MogeSizes::heads, [1,out,...] of the last level
+    std::vector<nn::ValueId>
+        views;  ///< by level, input [1,2,...]: where each pixel lies, see view_plane()
+    std::vector<nn::ValueId>
+        heads;  ///< in the order of MogeSizes::heads, [1,out,...] of the last level
     nn::ValueId scale = nn::kNoValue;  ///< [1,1,1,1], logarithm of the metric scale
 };
 

@@ -82,7 +82,8 @@ VitSizes encoder_of(Shapes& shapes, const MogeConfig& config) {
     const Dims table = shapes.of(name + ".pos_embed", 3);
     sizes.width = static_cast<std::uint32_t>(patch[0]);
     sizes.patch = static_cast<std::uint32_t>(patch[3]);
-    sizes.side = static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(table[1] - 1))));
+    sizes.side =
+        static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(table[1] - 1))));
     if (std::int64_t{sizes.side} * sizes.side + 1 != table[1] || sizes.side == 0)
         shapes.fail(damaged("tensor '%s.pos_embed' has the shape %s, expected [1,1 + n^2,%u]",
                             name.c_str(), io::dims_text(table).c_str(), sizes.width));
@@ -102,12 +103,11 @@ VitSizes encoder_of(Shapes& shapes, const MogeConfig& config) {
     for (std::size_t i = 1; i < sizes.taps.size(); ++i)
         rising = rising && sizes.taps[i - 1] < sizes.taps[i];
     if (sizes.taps.size() != taps || !rising)
-        shapes.fail(damaged("%u projections of the outputs of blocks [%s], expected one for each, of "
-                            "%u blocks in their order",
-                            taps, joined(sizes.taps, [](std::uint32_t i) {
-                                      return std::to_string(i);
-                                  }).c_str(),
-                            sizes.blocks));
+        shapes.fail(damaged(
+            "%u projections of the outputs of blocks [%s], expected one for each, of "
+            "%u blocks in their order",
+            taps, joined(sizes.taps, [](std::uint32_t i) { return std::to_string(i); }).c_str(),
+            sizes.blocks));
     return sizes;
 }
 
@@ -116,7 +116,8 @@ StackSizes stack_of(Shapes& shapes, const std::string& name, const MogeConfig& c
     stack.name = name;
     const std::uint32_t levels = shapes.count(name + ".input_blocks.", ".weight");
     if (levels < 2 || levels > kMostLevels)
-        shapes.fail(damaged("'%s' has %u levels, expected 2 to %u", name.c_str(), levels, kMostLevels));
+        shapes.fail(
+            damaged("'%s' has %u levels, expected 2 to %u", name.c_str(), levels, kMostLevels));
     for (std::uint32_t l = 0; l < levels && shapes.status().ok(); ++l) {
         const std::string level = std::to_string(l);
         const Dims input = shapes.of(name + ".input_blocks." + level + ".weight", 4);
@@ -130,10 +131,12 @@ StackSizes stack_of(Shapes& shapes, const std::string& name, const MogeConfig& c
         stack.transposed.push_back(shapes.has(name + ".resamplers." + level + ".0.weight"));
     }
     if (name == "neck") return stack;
-    stack.out = shapes.axis(name + ".output_blocks." + std::to_string(levels - 1) + ".weight", 4, 0);
+    stack.out =
+        shapes.axis(name + ".output_blocks." + std::to_string(levels - 1) + ".weight", 4, 0);
     const std::uint32_t expected = name == "mask_head" ? 1 : 3;
     if (stack.out != expected)
-        shapes.fail(damaged("'%s' gives %u channels, expected %u", name.c_str(), stack.out, expected));
+        shapes.fail(
+            damaged("'%s' gives %u channels, expected %u", name.c_str(), stack.out, expected));
     return stack;
 }
 
@@ -164,12 +167,15 @@ Result<MogeConfig> moge_config(const io::Metadata& metadata) {
         const JsonTree& neck = tree["neck"];
         SPLAT_TRY(expect_text(neck, "activation", "relu"));
         SPLAT_ASSIGN(config.in_norm, norm_of(neck, "res_block_in_norm", config.in_norm));
-        SPLAT_ASSIGN(config.hidden_norm, norm_of(neck, "res_block_hidden_norm", config.hidden_norm));
+        SPLAT_ASSIGN(config.hidden_norm,
+                     norm_of(neck, "res_block_hidden_norm", config.hidden_norm));
         for (const JsonTree& kind : neck["resamplers"].items())
-            if (kind.text() == nullptr || (*kind.text() != "conv_transpose" && *kind.text() != "bilinear"))
-                return damaged("model_config: resamplers holds %s, expected conv_transpose and bilinear",
-                               kind.text() == nullptr ? "something other than texts"
-                                                      : shown(*kind.text()).c_str());
+            if (kind.text() == nullptr ||
+                (*kind.text() != "conv_transpose" && *kind.text() != "bilinear"))
+                return damaged(
+                    "model_config: resamplers holds %s, expected conv_transpose and bilinear",
+                    kind.text() == nullptr ? "something other than texts"
+                                           : shown(*kind.text()).c_str());
         for (const JsonTree& tap : tree["encoder"]["intermediate_layers"].items())
             config.taps.push_back(static_cast<std::uint32_t>(
                 std::min<std::uint64_t>(tap.count().value_or(UINT32_MAX), UINT32_MAX)));
@@ -179,7 +185,8 @@ Result<MogeConfig> moge_config(const io::Metadata& metadata) {
 
 Result<MogeSizes> moge_sizes(const NamedTensors& tensors, const MogeConfig& config) {
     Shapes shapes(tensors);
-    if (!shapes.has("encoder.backbone.pos_embed") || !shapes.has("points_head.input_blocks.0.weight"))
+    if (!shapes.has("encoder.backbone.pos_embed") ||
+        !shapes.has("points_head.input_blocks.0.weight"))
         return damaged("not the weights of MoGe-2; they look like %s",
                        io::network_text(tensors).c_str());
     MogeSizes sizes;

@@ -14,16 +14,19 @@ struct StackSizes {
     std::vector<std::uint32_t> inputs;  ///< by level, channels of its input
     std::vector<std::uint32_t> widths;  ///< by level
     std::vector<std::uint32_t> blocks;  ///< by level, residual blocks
-    std::vector<bool> transposed;  ///< by level but the last: to the next by a transposed convolution, else bilinearly
-    std::uint32_t out = 0;         ///< channels of the last level's result; 0: all levels give their widths
+    std::vector<bool>
+        transposed;  ///< by level but the last: to the next by a transposed convolution, else bilinearly
+    std::uint32_t out =
+        0;  ///< channels of the last level's result; 0: all levels give their widths
     BlockNorm in_norm = BlockNorm::kNone, hidden_norm = BlockNorm::kNone;
 };
 
 struct MogeSizes {
     VitSizes encoder;
     StackSizes neck;
-    std::vector<StackSizes> heads;     ///< points and mask, and normals where the network has them
-    std::vector<std::uint32_t> scale;  ///< widths of the MLP from the class token to the logarithm of the metric scale
+    std::vector<StackSizes> heads;  ///< points and mask, and normals where the network has them
+    std::vector<std::uint32_t>
+        scale;  ///< widths of the MLP from the class token to the logarithm of the metric scale
     [[nodiscard]] std::uint32_t levels() const {
         return static_cast<std::uint32_t>(neck.widths.size());
     }
@@ -33,7 +36,8 @@ struct MogeSizes {
 struct MogeConfig {
     std::uint32_t heads = 0;               ///< attention heads; 0: one for each 64 channels
     std::vector<std::uint32_t> taps = {};  ///< empty: evenly spaced, the last block one of them
-    BlockNorm in_norm = BlockNorm::kLayer, hidden_norm = BlockNorm::kGroup;  ///< where blocks have one
+    BlockNorm in_norm = BlockNorm::kLayer,
+              hidden_norm = BlockNorm::kGroup;  ///< where blocks have one
 };
 
 /// The configuration that a file carries as JSON under "model_config"; the default without one. Errors: kFormat, naming

@@ -23,8 +23,8 @@ ValueId embed(Layers& layers, const std::string& name, const VitSizes& sizes,
                                         {"filter", std::int64_t{1}},
                                         {"scale_x", factor(columns)},
                                         {"scale_y", factor(rows)}});
-    const ValueId patches =
-        layers.patches(name + ".patch_embed.proj", values.image, sizes.width, sizes.patch, positions);
+    const ValueId patches = layers.patches(name + ".patch_embed.proj", values.image, sizes.width,
+                                           sizes.patch, positions);
     if (!layers.ok()) return kNoValue;
     const std::uint32_t count = rows * columns;
     const ValueId behind = layers.pad(graph.reshape(patches, {1, sizes.width, 1, count}), {1});
@@ -37,7 +37,8 @@ ValueId token_block(Layers& layers, const std::string& name, const VitSizes& siz
     ValueId h = layers.layer_norm(name + ".norm1", x, kTokenEps);
     const std::string qkv = name + ".attn.qkv";
     const ValueId q = layers.third(qkv, h, 0), k = layers.third(qkv, h, 1);
-    h = graph.op("attention", {q, k, layers.third(qkv, h, 2)}, {{"heads", std::int64_t{sizes.heads}}});
+    h = graph.op("attention", {q, k, layers.third(qkv, h, 2)},
+                 {{"heads", std::int64_t{sizes.heads}}});
     x = layers.linear(name + ".attn.proj", h, sizes.width, x, name + ".ls1.gamma");
     h = layers.layer_norm(name + ".norm2", x, kTokenEps);
     h = graph.op("gelu", {layers.linear(name + ".mlp.fc1", h, sizes.hidden)});
@@ -73,10 +74,9 @@ VitValues add_vit(Layers& layers, const std::string& name, const VitSizes& sizes
             values.class_token = layers.pad(y, {0, -std::int64_t{count}});
         const ValueId patches = layers.pad(y, {-1});
         if (!layers.ok()) break;
-        values.features =
-            layers.conv1(name + ".output_projections." + std::to_string(tap++),
-                         graph.reshape(patches, {1, sizes.width, rows, columns}), sizes.features,
-                         values.features);
+        values.features = layers.conv1(name + ".output_projections." + std::to_string(tap++),
+                                       graph.reshape(patches, {1, sizes.width, rows, columns}),
+                                       sizes.features, values.features);
     }
     return values;
 }

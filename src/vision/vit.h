@@ -11,17 +11,19 @@ struct VitSizes {
     std::uint32_t hidden = 0;  ///< channels between the two layers of a block's MLP
     std::uint32_t patch = 14;  ///< pixels, both ways
     std::uint32_t side = 37;   ///< the table of positions has side * side
-    std::vector<std::uint32_t> taps = {};  ///< blocks whose outputs are used, rising; the last one's class token
-    std::uint32_t features = 0;            ///< channels of the result
+    std::vector<std::uint32_t> taps =
+        {};  ///< blocks whose outputs are used, rising; the last one's class token
+    std::uint32_t features = 0;  ///< channels of the result
 };
 
 /// Values of the encoder, of a picture of rows * columns patches.
 struct VitValues {
-    nn::ValueId image = nn::kNoValue;       ///< input [1,3,rows*patch,columns*patch], normalised
-    nn::ValueId positions = nn::kNoValue;   ///< input [1,width,side,side]
-    nn::ValueId first_token = nn::kNoValue; ///< input [1,width,1,1]: the class token and its position
-    nn::ValueId features = nn::kNoValue;    ///< [1,features,rows,columns]
-    nn::ValueId class_token = nn::kNoValue; ///< [1,width,1,1]
+    nn::ValueId image = nn::kNoValue;      ///< input [1,3,rows*patch,columns*patch], normalised
+    nn::ValueId positions = nn::kNoValue;  ///< input [1,width,side,side]
+    nn::ValueId first_token =
+        nn::kNoValue;                     ///< input [1,width,1,1]: the class token and its position
+    nn::ValueId features = nn::kNoValue;  ///< [1,features,rows,columns]
+    nn::ValueId class_token = nn::kNoValue;  ///< [1,width,1,1]
 };
 
 /// A vision transformer under `name`:

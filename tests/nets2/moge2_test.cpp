@@ -36,10 +36,11 @@ MogeConfig config_of(const Golden& golden) {
 io::NamedTensors state_of(const Golden& golden) {
     io::NamedTensors tensors;
     const std::string prefix = "state.";
-    for (const std::string& key : golden.npz.names())
-        if (key.starts_with(prefix))
-            EXPECT_OK(tensors.add({key.substr(prefix.size()), golden.dims(key),
-                                   io::NumberType::kF32, golden.floats(key)}));
+    for (const std::string& key : golden.npz.names()) {
+        if (!key.starts_with(prefix)) continue;
+        EXPECT_OK(tensors.add({key.substr(prefix.size()), golden.dims(key), io::NumberType::kF32,
+                               golden.floats(key)}));
+    }
     return tensors;
 }
 
@@ -55,8 +56,7 @@ SPLAT_INSTANTIATE_KERNELS(Nets2);
 TEST_P(Nets2, Moge2) {
     for (const std::string& path : golden_files("nets2", "moge2_")) {
         const Golden golden{need(Npz::read(path)), golden_name(path)};
-        const auto model =
-            need(MogeModel::create(context(), state_of(golden), config_of(golden)));
+        const auto model = need(MogeModel::create(context(), state_of(golden), config_of(golden)));
         const std::vector<float> image = golden.floats("image");
         const auto maps = need(model->run(image, golden.dim("image", 3), golden.dim("image", 2),
                                           golden.array("num_tokens").ints().value()[0]));

@@ -17,7 +17,7 @@ PresetOutput output_of(const char* preset, data::MapKind map) {
 }
 
 NetworkTensor tensor_of(std::vector<std::int64_t> dims,
-                     const std::function<float(std::size_t)>& value) {
+                        const std::function<float(std::size_t)>& value) {
     NetworkTensor tensor{std::move(dims), {}};
     std::int64_t count = 1;
     for (const std::int64_t dim : tensor.dims) count *= dim;
@@ -31,7 +31,8 @@ float drawn(std::size_t i) {
     return static_cast<float>(std::sin(12.9898 * static_cast<double>(i + 1)));
 }
 
-PriorMap map_of(const PresetOutput& output, const NetworkTensor& tensor, Extent size, MapForm form) {
+PriorMap map_of(const PresetOutput& output, const NetworkTensor& tensor, Extent size,
+                MapForm form) {
     return need(finish(output, {&tensor, nullptr, nullptr, 0}, size, form, "output"));
 }
 
@@ -150,7 +151,8 @@ TEST(PriorMap, ChannelsMayComeLast) {
 
 TEST(PriorMap, MasksOfRembgAreBytesBeforeTheyAreResized) {
     const PresetOutput output = output_of("birefnet-general", data::MapKind::kMask);
-    const NetworkTensor tensor = tensor_of({1, 1, 6, 6}, [](std::size_t i) { return 4 * drawn(i); });
+    const NetworkTensor tensor =
+        tensor_of({1, 1, 6, 6}, [](std::size_t i) { return 4 * drawn(i); });
     std::vector<double> unit;
     for (const float value : tensor.values)
         unit.push_back(1 / (1 + std::exp(-static_cast<double>(value))));

@@ -80,7 +80,8 @@ TEST(PointDepth, TakesADefaultCameraWhereNoneFits) {
     const auto made = need(point_depth(points, {}, "points"));
     EXPECT_FALSE(made.found);
     const double pixels = made.focal * std::hypot(kWidth, kHeight) / 2;
-    EXPECT_NEAR(2 * std::atan(kWidth / 2.0 / pixels) * 180 / std::numbers::pi, kOtherwiseDegrees, 1e-9);
+    EXPECT_NEAR(2 * std::atan(kWidth / 2.0 / pixels) * 180 / std::numbers::pi, kOtherwiseDegrees,
+                1e-9);
     for (const float z : made.depth.values) EXPECT_TRUE(z > 0 && std::isfinite(z));
 }
 
@@ -110,7 +111,7 @@ TEST(PointDepth, LeavesASinglePointWhereItIs) {
 TEST(PointDepth, RefusesAnEmptyMaskAndOneOfAnotherSize) {
     const Planes points = wall_points(45, 0, 1);
     const NetworkTensor empty{{1, kHeight, kWidth},
-                           std::vector<float>(std::size_t{kWidth} * kHeight, 0)};
+                              std::vector<float>(std::size_t{kWidth} * kHeight, 0)};
     EXPECT_ERROR(point_depth(points, {nullptr, nullptr, &empty, 0}, "points"), Code::kInvalidState,
                  "no valid point");
     const NetworkTensor small{{1, 2, 2}, {1, 1, 1, 1}};

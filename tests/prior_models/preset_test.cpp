@@ -38,11 +38,10 @@ TEST(Preset, EveryEmbeddedOneIsReadAndNamedLikeItsFile) {
         // Without an address the note says how the file is had.
         EXPECT_TRUE(!preset.file.url.empty() || !preset.note.empty()) << name;
     }
-    for (const char* name :
-         {"midas-dpt-large", "midas-dpt-hybrid", "midas-small", "midas-small-hub", "u2net",
-          "isnet-general-use", "isnet-imgly", "inspyrenet", "birefnet",
-          "normal-uncertainty-scannet", "normal-uncertainty-nyu", "moge-2-vits",
-          "moge-2-vits-normal"})
+    for (const char* name : {"midas-dpt-large", "midas-dpt-hybrid", "midas-small",
+                             "midas-small-hub", "u2net", "isnet-general-use", "isnet-imgly",
+                             "inspyrenet", "birefnet", "normal-uncertainty-scannet",
+                             "normal-uncertainty-nyu", "moge-2-vits", "moge-2-vits-normal"})
         EXPECT_EQ(std::count(names.begin(), names.end(), name), 1) << name;
 }
 

@@ -77,8 +77,9 @@ TEST(MogeWeights, RefusesOtherNetworksByName) {
 
 TEST(MogeWeights, RefusesMissingFurtherAndWrongTensors) {
     const io::NamedTensors good = small_moge();
-    EXPECT_ERROR(refusal(without(good, "neck.resamplers.3.1.bias")), Code::kFormat,
-                 "1 of the network's 144 tensors are missing, first 'neck.resamplers.3.1.bias' [8]");
+    EXPECT_ERROR(
+        refusal(without(good, "neck.resamplers.3.1.bias")), Code::kFormat,
+        "1 of the network's 144 tensors are missing, first 'neck.resamplers.3.1.bias' [8]");
     EXPECT_ERROR(refusal(without(good, "encoder.backbone.blocks.1.ls2.gamma")), Code::kFormat,
                  "first 'encoder.backbone.blocks.1.ls2.gamma' [64]");
     EXPECT_ERROR(refusal(without(good, "encoder.backbone.blocks.0.mlp.fc1.weight")), Code::kFormat,
@@ -90,9 +91,9 @@ TEST(MogeWeights, RefusesMissingFurtherAndWrongTensors) {
     EXPECT_ERROR(refusal(with(good, bias)), Code::kFormat, "encoder.backbone.norm.bias");
     EXPECT_ERROR(refusal(with(good, {"scale_head.0.bias", {2}, io::NumberType::kF32, {1, 2}})),
                  Code::kFormat, "has the shape [2], expected [64]");
-    EXPECT_ERROR(refusal(with(good, {"encoder.image_std", {1, 3, 1, 1}, io::NumberType::kF32,
-                                     {1, 0, 1}})),
-                 Code::kFormat, "holds a number <= 0");
+    EXPECT_ERROR(
+        refusal(with(good, {"encoder.image_std", {1, 3, 1, 1}, io::NumberType::kF32, {1, 0, 1}})),
+        Code::kFormat, "holds a number <= 0");
     vision::MogeConfig config;
     config.taps = {1, 0};
     EXPECT_ERROR(refusal(good, config), Code::kFormat, "of 2 blocks in their order");

@@ -8,7 +8,8 @@ namespace {
 /// Adds tensors of random numbers.
 class Writer {
   public:
-    void add(const std::string& name, std::vector<std::int64_t> dims, float scale, float middle = 0) {
+    void add(const std::string& name, std::vector<std::int64_t> dims, float scale,
+             float middle = 0) {
         std::int64_t count = 1;
         for (const std::int64_t dim : dims) count *= dim;
         std::vector<float> values;

@@ -121,10 +121,10 @@ prior_models::OpenWeights weights_on(splat_device device) {
     return [device](const std::string& path) -> Result<std::unique_ptr<prior_models::Network>> {
         if (device == nullptr)
             return invalid(
-                "splat_prior_model_desc.device is NULL, but '%s' holds weights, which run on a device",
+                "splat_prior_model_desc.device is NULL, but '%s' holds weights, which run on a "
+                "device",
                 path.c_str());
-        SPLAT_ASSIGN(const auto owner,
-                     api::Devices::find(device, "splat_prior_model_desc.device"));
+        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "splat_prior_model_desc.device"));
         SPLAT_TRY(owner->test(api::kNetworkKernels));
         return api::open_moge(*owner, path);
     };

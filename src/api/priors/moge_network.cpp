@@ -78,8 +78,7 @@ class MogeNetwork : public prior_models::Network, public OfDevice {
 
 Result<std::unique_ptr<prior_models::Network>> open_moge(const DeviceObject& device,
                                                          const std::string& path) {
-    SPLAT_ASSIGN(const io::WeightsFile file,
-                 io::load_weights(path, decode_limits(), true));
+    SPLAT_ASSIGN(const io::WeightsFile file, io::load_weights(path, decode_limits(), true));
     auto network = std::make_unique<MogeNetwork>(device.context, path);
     const Status opened = network->open(file);
     if (!opened.ok()) return Status(opened.code(), "'" + path + "': " + opened.message());

@@ -232,8 +232,9 @@ class ConfigWriter {
 
     Status write(const PickleNode& node, int depth) {
         if (++values_ > kMostValues || depth > kMostDepth)
-            return bad_pth(format("'model_config' has more than %zu values, or nests deeper than %d",
-                                  kMostValues, kMostDepth));
+            return bad_pth(
+                format("'model_config' has more than %zu values, or nests deeper than %d",
+                       kMostValues, kMostDepth));
         switch (node.kind) {
             case Kind::kNone:
                 json_.raw("null");
@@ -268,8 +269,7 @@ class ConfigWriter {
         json_.begin_object();
         for (std::size_t i = 0; i < node.items.size(); i += 2) {
             const PickleNode& key = pickle_[node.items[i]];
-            if (key.kind != Kind::kText)
-                return bad_pth("a name in 'model_config' is not a text");
+            if (key.kind != Kind::kText) return bad_pth("a name in 'model_config' is not a text");
             json_.key(key.text);
             SPLAT_TRY(write(pickle_[node.items[i + 1]], depth + 1));
         }

@@ -138,7 +138,8 @@ std::vector<double> map_ref(const Preset& preset, MapKind kind, const io::Image&
             valid.values.push_back(static_cast<float>(1 / (1 + std::exp(-value))));
         const Planes planes{
             {picture.width, picture.height}, 3, {points.values.begin(), points.values.end()}};
-        const Planes made = point_depth(planes, {nullptr, nullptr, &valid, 0}, "points").value().depth;
+        const Planes made =
+            point_depth(planes, {nullptr, nullptr, &valid, 0}, "points").value().depth;
         depth.values.clear();
         for (const float value : made.values)
             depth.values.push_back(1 / static_cast<double>(value));

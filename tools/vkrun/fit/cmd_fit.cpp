@@ -230,9 +230,10 @@ void add_fit(CLI::App& app, int& exit_code) {
     command->add_option("--normals", f.normals, "Folder of normals, named like the photographs")
         ->type_name("DIR");
     command
-        ->add_option("--geometry", f.geometry,
-                     "Make both by a network in one pass, and begin with its points: a preset such\n"
-                     "as moge-2-vits-normal, or a file (weights of MoGe-2)")
+        ->add_option(
+            "--geometry", f.geometry,
+            "Make both by a network in one pass, and begin with its points: a preset such\n"
+            "as moge-2-vits-normal, or a file (weights of MoGe-2)")
         ->type_name("NAME");
     command
         ->add_option("--init", f.init,

@@ -80,9 +80,9 @@ GeometryMaps make_geometry_maps(const std::string& network, const std::string& p
                                        "' does not make depth, normals and masks in one pass");
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder / "depth"))
         if (extension_of(entry.path()) == ".npy")
-            drop_unknown(os::text_of(entry.path()),
-                         os::text_of(folder / "mask" /
-                                     entry.path().lexically_relative(folder / "depth")));
+            drop_unknown(
+                os::text_of(entry.path()),
+                os::text_of(folder / "mask" / entry.path().lexically_relative(folder / "depth")));
     return {os::text_of(folder / "depth"), os::text_of(folder / "normal")};
 }
 

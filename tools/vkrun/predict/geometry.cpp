@@ -69,8 +69,7 @@ PictureGeometry picture_geometry(const PredictionOptions& options, const splat_p
     const auto want = [&](const char* what, std::uint32_t flag, std::uint32_t channels,
                           std::vector<std::uint8_t>& bytes) {
         if ((about.maps & flag) == 0)
-            throw Failure(kUsageError,
-                          "--geometry: preset '" + made.preset + "' makes no " + what);
+            throw Failure(kUsageError, "--geometry: preset '" + made.preset + "' makes no " + what);
         bytes.resize(std::size_t{width} * height * channels);
         made.used.emplace_back(what);
         return bytes_image(bytes.data(), width, height, channels);

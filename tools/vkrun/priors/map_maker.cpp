@@ -274,9 +274,9 @@ void choose_maps(MapRun& run) {
                           "name a model with --preset or --model; 'vkrun priors where' "
                           "lists the presets");
     } else {
-        run.model = load_prior_model({options.model, options.preset, options.runtime,
-                                      options.threads, options.tokens, options.format == "npy",
-                                      options.device});
+        run.model =
+            load_prior_model({options.model, options.preset, options.runtime, options.threads,
+                              options.tokens, options.format == "npy", options.device});
         auto info = sized<splat_prior_model_info>();
         check(splat_prior_model_get_info(run.model.get(), &info));
         run.report.preset = info.preset;
