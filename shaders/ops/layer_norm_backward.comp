@@ -3,6 +3,7 @@
 //   grad_x = rstd * (h - a - xhat * b),  a = mean over the channels of h, b = of h * xhat
 // A workgroup has its size / kLanes pixels; kLanes invocations share the quads of a pixel.
 // Bindings: x, gamma (read as quads), mean [2,N*P], rstd [N*P], grad_y, grad_x. Specialisation: kLanes.
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
@@ -22,15 +23,22 @@ layout(push_constant) uniform Push { LayerNormParams dims; };
 void main() {
     const uint own = column_of(dims.groups_x);
     const uint column = min(own, dims.columns - 1);
-    const uint quads = (dims.channels + 3) / 4;
-    const uint first = first_quad();
+    const uint whole = dims.channels / 4;
     const float mean = mean_in[column];
     const float rstd = rstd_in[column];
     const float rest = mean_in[dims.columns + column] * rstd;
 
     vec4 a = vec4(0);
     vec4 b = vec4(0);
-    for (uint q = first; q < quads; q += kLanes) {
+    uint q = first_quad();
+    for (; q + 3 * kLanes < whole; q += 4 * kLanes)
+        [[unroll]] for (uint u = 0; u < 4; ++u) {
+            const uint at = (q + u * kLanes) * dims.columns + column;
+            const vec4 h = LD4(gamma, q + u * kLanes) * LD4(grad_y, at);
+            a += h;
+            b += h * ((LD4(x, at) - mean) * rstd - rest);
+        }
+    for (; 4 * q < dims.channels; q += kLanes) {
         const uint at = q * dims.columns + column;
         const vec4 h = channels_below(LD4(gamma, q) * LD4(grad_y, at), 4 * q, dims.channels);
         a += h;
@@ -40,7 +48,13 @@ void main() {
     const vec2 average = dims.channels == 1 ? all : all / float(dims.channels);  // a quotient by 1 may be inexact
 
     if (own >= dims.columns) return;
-    for (uint q = first; q < quads; q += kLanes) {
+    for (q = first_quad(); q + 3 * kLanes < whole; q += 4 * kLanes)
+        [[unroll]] for (uint u = 0; u < 4; ++u) {
+            const uint at = (q + u * kLanes) * dims.columns + column;
+            const vec4 xhat = (LD4(x, at) - mean) * rstd - rest;
+            ST4(grad_x, at, rstd * (LD4(gamma, q + u * kLanes) * LD4(grad_y, at) - average.x - xhat * average.y));
+        }
+    for (; 4 * q < dims.channels; q += kLanes) {
         const uint at = q * dims.columns + column;
         const vec4 xhat = (LD4(x, at) - mean) * rstd - rest;
         const vec4 value = rstd * (LD4(gamma, q) * LD4(grad_y, at) - average.x - xhat * average.y);

@@ -2,6 +2,7 @@
 // Per pixel, over its channels: mean, rstd = 1 / sqrt(var + eps), and y = gamma * (x - mean) * rstd + beta.
 // A workgroup has its size / kLanes pixels; kLanes invocations share the quads of a pixel.
 // Bindings: x, gamma, beta (read as quads), y, mean [2,N*P] (group_norm.glsl), rstd [N*P]. Specialisation: kLanes.
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
@@ -22,20 +23,42 @@ layout(push_constant) uniform Push { LayerNormParams dims; };
 const float kSmall = 9.5367431640625e-7;  // 2^-20: sums of 2^20 channels do not overflow
 const float kSquaresFit = 1e16;           // 2^20 squares do not overflow
 
-void main() {
-    const uint own = column_of(dims.groups_x);
-    const uint column = min(own, dims.columns - 1);
-    const uint quads = (dims.channels + 3) / 4;
-    const uint first = first_quad();
-    const float count = float(dims.channels);
+// A mean is guess + residual; both, and the deviation, in units of 1 / unit.
+struct Statistics { float guess, residual, variance, unit; };
 
-    // A first guess of the mean, which may lack digits, and how far the numbers lie apart.
-    const float pivot = LD4(x, column).x * kSmall;
+vec2 moments_about(float guess, float unit, uint column, uint begin) {
+    const uint whole = dims.channels / 4;
+    vec4 first = vec4(0);
+    vec4 second = vec4(0);
+    uint q = begin;
+    for (; q + 3 * kLanes < whole; q += 4 * kLanes)
+        [[unroll]] for (uint u = 0; u < 4; ++u) {
+            const vec4 d = LD4(x, (q + u * kLanes) * dims.columns + column) * unit - guess;
+            first += d;
+            second += d * d;
+        }
+    for (; 4 * q < dims.channels; q += kLanes) {
+        const vec4 d = channels_below(LD4(x, q * dims.columns + column) * unit - guess, 4 * q, dims.channels);
+        first += d;
+        second += d * d;
+    }
+    return sum_of_lanes(vec4(across(first), across(second), 0, 0)).xy / float(dims.channels);
+}
+
+Statistics statistics_of(uint column) {
+    const vec4 some = channels_below(LD4(x, column), 0, dims.channels);
+    const float pivot = dims.channels < 4 ? some.x : across(0.25 * some);
+    vec2 moments = moments_about(pivot, 1.0, column, first_quad());
+    Statistics result = Statistics(pivot, moments.x, moments.y - moments.x * moments.x, 1.0);
+    // The pivot is as good as the mean unless it lies far from it, or squares overflow. No barrier is skipped.
+    const bool good = finite(moments.y) && moments.x * moments.x <= 4.0 * result.variance;
+    const uint begin = good ? dims.channels : first_quad();
+
     vec4 sum = vec4(0);
     vec4 lowest = vec4(0);
     vec4 highest = vec4(0);
-    for (uint q = first; q < quads; q += kLanes) {
-        const vec4 d = channels_below(LD4(x, q * dims.columns + column) * kSmall - pivot, 4 * q, dims.channels);
+    for (uint q = begin; 4 * q < dims.channels; q += kLanes) {
+        const vec4 d = channels_below(LD4(x, q * dims.columns + column) * kSmall - some.x * kSmall, 4 * q, dims.channels);
         sum += d;
         lowest = min(lowest, d);
         highest = max(highest, d);
@@ -43,26 +66,36 @@ void main() {
     const vec4 apart = highest - lowest;
     const vec4 all = sum_of_lanes(vec4(across(sum), max(max(apart.x, apart.y), max(apart.z, apart.w)), 0, 0));
     const float unit = all.y > kSquaresFit * kSmall ? kShrink : 1.0;
-    const float guess = (pivot + all.x / count) * (unit == 1.0 ? 1.0 / kSmall : kShrink / kSmall);
+    const float guess =
+        (some.x * kSmall + all.x / float(dims.channels)) * (unit == 1.0 ? 1.0 / kSmall : kShrink / kSmall);
+    moments = moments_about(guess, unit, column, begin);
+    if (!good) result = Statistics(guess, moments.x, moments.y - moments.x * moments.x, unit);
+    return result;
+}
 
-    vec4 residual = vec4(0);
-    vec4 square = vec4(0);
-    for (uint q = first; q < quads; q += kLanes) {
-        const vec4 d = channels_below(LD4(x, q * dims.columns + column) * unit - guess, 4 * q, dims.channels);
-        residual += d;
-        square += d * d;
-    }
-    const vec2 moments = sum_of_lanes(vec4(across(residual), across(square), 0, 0)).xy / count;
-    const vec2 mean = split_mean(guess, moments.x);
-    const float rstd = inverse_deviation(moments.y - moments.x * moments.x, dims.eps, unit);
+void main() {
+    const uint own = column_of(dims.groups_x);
+    const uint column = min(own, dims.columns - 1);
+    const uint quads = (dims.channels + 3) / 4;
+    const Statistics of = statistics_of(column);
+    const float unit = of.unit;
+    const vec2 mean = split_mean(of.guess, of.residual);
+    const float rstd = inverse_deviation(of.variance, dims.eps, unit);
 
     if (own >= dims.columns) return;
-    for (uint q = first; q < quads; q += kLanes) {
+    uint q = first_quad();
+    for (; q + 3 * kLanes < dims.channels / 4; q += 4 * kLanes)
+        [[unroll]] for (uint u = 0; u < 4; ++u) {
+            const uint k = q + u * kLanes;
+            const uint at = k * dims.columns + column;
+            ST4(y, at, LD4(gamma, k) * (((LD4(x, at) * unit - mean.x) - mean.y) * rstd) + LD4(beta, k));
+        }
+    for (; q < quads; q += kLanes) {
         const uint at = q * dims.columns + column;
         const vec4 t = LD4(gamma, q) * (((LD4(x, at) * unit - mean.x) - mean.y) * rstd) + LD4(beta, q);
         ST4(y, at, channels_below(t, 4 * q, dims.channels));
     }
-    if (first != 0) return;
+    if (first_quad() != 0) return;
     mean_out[column] = mean.x * per_unit(unit);
     mean_out[dims.columns + column] = mean.y * per_unit(unit);
     rstd_out[column] = rstd * unit;

@@ -21,18 +21,21 @@ void main() {
     const uint size = params.size;
     const uint width = params.columns * size;
     const uint pixels = params.rows * size * width;
-    const uint quad = i / (params.n * pixels);
+    const uint plane = i / pixels;
+    const uint quad = plane / params.n;
     if (4 * quad >= params.c) return;
-    const uint image = i / pixels % params.n;
-    const uint row = i % pixels / width;
-    const uint column = i % width;
-    const uint patch_at = row / size * params.columns + column / size;
+    const uint image = plane - quad * params.n;
+    const uint row = (i - plane * pixels) / width;
+    const uint column = i - plane * pixels - row * width;
+    const uint top = row / size;
+    const uint left = column / size;
+    const uint first = (4 * quad * size + row - top * size) * size + column - left * size;
     vec4 value = vec4(0);
     [[unroll]] for (uint k = 0; k < 4; ++k) {
-        if (4 * quad + k >= params.c) continue;
-        const uint channel = ((4 * quad + k) * size + row % size) * size + column % size;
-        const uint at = (channel / 4 * params.n + image) * params.rows * params.columns + patch_at;
-        value[k] = component(LD4(x, at), channel % 4);
+        const bool used = 4 * quad + k < params.c;
+        const uint channel = first + (used ? k : 0) * size * size;
+        const uint at = ((channel / 4 * params.n + image) * params.rows + top) * params.columns + left;
+        value[k] = used ? component(LD4(x, at), channel % 4) : 0.0;
     }
     ST4(y, i, value);
 }

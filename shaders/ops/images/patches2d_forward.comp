@@ -18,21 +18,25 @@ layout(push_constant) uniform Push { Patches2dParams params; };
 void main() {
     const uint i = invocation_index(params.groups_x);
     const uint pixels = params.rows * params.columns;
-    const uint quad = i / (params.n * pixels);
+    const uint plane = i / pixels;
+    const uint quad = plane / params.n;
     const uint each = params.size * params.size;
     const uint channels = params.c * each;
     if (4 * quad >= channels) return;
-    const uint image = i / pixels % params.n;
-    const uint top = i % pixels / params.columns * params.size;
-    const uint left = i % params.columns * params.size;
+    const uint image = plane - quad * params.n;
+    const uint top = (i - plane * pixels) / params.columns;
+    const uint left = i - plane * pixels - top * params.columns;
+    uint c = 4 * quad / each;
+    uint r = (4 * quad - c * each) / params.size;
+    uint s = 4 * quad - c * each - r * params.size;
     vec4 value = vec4(0);
     [[unroll]] for (uint k = 0; k < 4; ++k) {
-        const uint channel = 4 * quad + k;
-        if (channel >= channels) continue;
-        const uint c = channel / each;
-        const uint row = (c / 4 * params.n + image) * params.rows * params.size + top + channel % each / params.size;
-        const uint column = left + channel % params.size;
-        value[k] = component(LD4(x, row * params.columns * params.size + column), c % 4);
+        const uint row = ((c / 4 * params.n + image) * params.rows + top) * params.size + r;
+        const uint at = (row * params.columns + left) * params.size + s;
+        value[k] = c < params.c ? component(LD4(x, c < params.c ? at : 0), c % 4) : 0.0;
+        ++s;
+        if (s == params.size) ++r, s = 0;
+        if (r == params.size) ++c, r = 0;
     }
     ST4(y, i, value);
 }

@@ -20,7 +20,7 @@ void main() {
     const uint line = i / params.inner;
     const uint outer = line / params.from;
     if (outer >= params.outer) return;
-    const int pixel = int(line % params.from);
+    const int pixel = int(line - outer * params.from);
     const float middle = float(pixel) + 0.5;
     const float reach = float(kReach) * params.stretch;
     // Pixels of y that may hold it; pixels at the edges also stand for what lies outside.
@@ -29,7 +29,7 @@ void main() {
     int high = min(int(ceil((middle + reach) * params.rate - 0.5)), last);
     if (pixel == 0) low = 0;
     if (pixel == int(params.from) - 1) high = last;
-    const uint start = outer * params.to * params.inner + i % params.inner;
+    const uint start = outer * params.to * params.inner + (i - line * params.inner);
     vec4 sum = vec4(0);
     for (int at = low; at <= high; ++at)
         sum += weight_of(uint(at), pixel) * LD4(grad_y, start + uint(at) * params.inner);

@@ -20,8 +20,8 @@ void main() {
     const uint line = i / params.inner;
     const uint outer = line / params.to;
     if (outer >= params.outer) return;
-    const Taps taps = taps_of(line % params.to);
-    const uint start = outer * params.from * params.inner + i % params.inner;
+    const Taps taps = taps_of(line - outer * params.to);
+    const uint start = outer * params.from * params.inner + (i - line * params.inner);
     vec4 sum = vec4(0);
     if (kAntialias) {
         float total = 0;
