@@ -1,6 +1,7 @@
 /* libsplat: geometry priors, which are depth maps, normals and masks of pictures.
  *
- * A mask by a network (an ONNX file, run by ONNX Runtime, which is loaded when it is asked for):
+ * A mask by a network (an ONNX file, run by ONNX Runtime, which is loaded when it is asked for; weights
+ * of MoGe-2 run on a device instead):
  *
  *   splat_prior_model model;
  *   splat_prior_model_desc desc = {
@@ -52,22 +53,31 @@ typedef struct splat_prior_model_desc {
     /* name, or JSON text of a preset of the caller's own; NULL: the one whose file has the name of
      * model_path */
     const char* preset;
-    const char* model_path; /* ONNX file; NULL: the preset's, in $SPLAT_PRIORS_DIR, else
-                             * libsplat/priors/ of the user's data folder */
+    /* ONNX file, or weights of MoGe-2 (.safetensors, .pt); NULL: the preset's, in $SPLAT_PRIORS_DIR,
+     * else libsplat/priors/ of the user's data folder, where it may have either form */
+    const char* model_path;
     /* library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1
      * beside libsplat or where the system's loader looks */
     const char* runtime_path;
-    uint32_t threads; /* threads of one run; 0: one per core */
-    uint32_t reserved;
+    uint32_t threads; /* threads of one run by ONNX Runtime; 0: one per core */
+    /* patches that a model whose preset has "tokens" divides a picture into, about; 0: the preset's.
+     * MoGe-2 was trained with 1200 to 3600: fewer are faster */
+    uint32_t tokens;
+    splat_device device; /* device that runs weights; NULL for an ONNX file */
 } splat_prior_model_desc;
 
-/* Load a model.
- * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT  desc; neither preset nor model_path; a member of a preset's JSON
+/* Load a model. All tensors of weights are checked before the device is used; the model keeps its
+ * device open.
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
+ *   SPLAT_ERROR_INVALID_HANDLE (device), or
+ *   SPLAT_ERROR_INVALID_ARGUMENT  desc; neither preset nor model_path; a member of a preset's JSON;
+ *                                 weights without a device; tokens where the preset has none
  *   SPLAT_ERROR_NOT_FOUND         a preset, the model, ONNX Runtime; the message says how to get it
- *   SPLAT_ERROR_UNSUPPORTED       a library that is no ONNX Runtime of version 1.11 or later
+ *   SPLAT_ERROR_UNSUPPORTED       a library that is no ONNX Runtime of version 1.11 or later; a .pt
+ *                                 with code in it, which is never run
  *   SPLAT_ERROR_FORMAT            no ONNX file, a damaged one, or one with other inputs or outputs
- *                                 than the preset's */
+ *                                 than the preset's; weights of another network (the message says
+ *                                 which they look like), missing or further tensors */
 SPLAT_API splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
                                                 splat_prior_model* model);
 
@@ -81,7 +91,7 @@ typedef struct splat_prior_model_info {
     const char* licence; /* licence of the model: show it to the user */
     const char* note;    /* what to know of the model */
     const char* path;    /* file of the model */
-    const char* runtime_version; /* version of ONNX Runtime, such as "1.30.0" */
+    const char* runtime_version; /* version of ONNX Runtime, such as "1.30.0"; "": runs on a device */
 } splat_prior_model_info;
 
 /* Describe a model.
@@ -108,9 +118,21 @@ typedef struct splat_prior_maps {
  *   SPLAT_ERROR_SHAPE_MISMATCH    a map of another size or other channels
  *   SPLAT_ERROR_UNSUPPORTED       a picture that is too wide or too high for the preset
  *   SPLAT_ERROR_FORMAT            the model cannot run, or gives an output of another shape
+ *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY  weights on a device: too many tokens
  *   SPLAT_ERROR_INVALID_STATE     its output is not finite; the handle is of a forked process */
 SPLAT_API splat_result splat_prior_model_run(splat_prior_model model, const splat_image* pictures,
                                              const splat_prior_maps* maps, uint32_t count);
+
+/* Make maps of pictures, as splat_prior_model_run(), and find the focal lengths of their cameras.
+ * maps      as there, but with focals none need be wanted
+ * focals    out, `count`, pixels in both directions; of models whose depth are points (MoGe-2), for the
+ *           pinhole camera that sees them best, 60 degrees across the width where no camera does; 0 of
+ *           others
+ * Returns as splat_prior_model_run() */
+SPLAT_API splat_result splat_prior_model_run_focal(splat_prior_model model,
+                                                   const splat_image* pictures,
+                                                   const splat_prior_maps* maps, double* focals,
+                                                   uint32_t count);
 
 /* Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_prior_model_destroy(splat_prior_model model);

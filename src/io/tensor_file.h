@@ -115,7 +115,7 @@ struct WeightsFile {
     WeightsFormat format = WeightsFormat::kSafetensors;
     NamedTensors tensors;
     /// All of it from safetensors. From a .pth: iteration, loss and best_PSNR where given, as texts that
-    /// parse to the same number.
+    /// parse to the same number, and model_config as JSON.
     Metadata metadata;
     std::vector<std::string> warnings;  ///< parts that are ignored
 };

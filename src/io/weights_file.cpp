@@ -61,6 +61,14 @@ const char* weights_format_name(WeightsFormat format) {
     return row_of(format).name;
 }
 
+bool is_weights_file(const std::string& path) {
+    const auto source = open_source(path, kMaxFileBytes, false);
+    if (!source.ok()) return false;
+    for (const char* extension : {".safetensors", ".pt", ".pth"})
+        if (path.ends_with(extension)) return true;
+    return format_of(*source.value(), decode_limits()).ok();
+}
+
 Result<WeightsFile> read_weights(const Source& source, const std::string& name,
                                  const DecodeLimits& limits) {
     const auto format = format_of(source, limits);

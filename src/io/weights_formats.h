@@ -38,8 +38,8 @@ Result<WeightsFile> read_npz(const Source& source, const DecodeLimits& limits = 
 Result<FilePieces> write_npz(const NamedTensors& tensors, bool half = false);
 Result<FilePieces> write_npz(NamedTensors&& tensors, bool half = false) = delete;
 
-/// Weights of a file of torch.save(), see pth_archive.h: the dict 'model_state_dict' or 'state_dict' of its
-/// pickle, or the pickle itself.
+/// Weights of a file of torch.save(), see pth_archive.h: the dict 'model_state_dict', 'state_dict' or 'model' of its
+/// pickle, or the pickle itself. A dict 'model_config' beside it becomes metadata of that name, as JSON.
 /// Tensors of any strides become row-major (convolutions in channels_last order). The device tag of a
 /// storage is ignored. No code of the pickle is run, see pickle.h.
 ///

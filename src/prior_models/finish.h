@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "prior_models/onnx_session.h"
+#include "prior_models/network.h"
 #include "prior_models/prepare.h"
 
 namespace splat::prior_models {
@@ -19,14 +19,15 @@ struct PriorMap {
     Extent size;
     std::uint32_t channels = 1;
     std::vector<float> values;  ///< [height,width,channels]
+    double focal = 0;           ///< of depth from points: the camera's focal length, pixels; else 0
 };
 
 /// What a map is made of.
 struct MapSource {
-    const OnnxTensor* main = nullptr;
-    const OnnxTensor* scale = nullptr;  ///< scale of points, or null
-    const OnnxTensor* mask = nullptr;   ///< mask of points, or null
-    std::size_t picture = 0;            ///< in the batch
+    const NetworkTensor* main = nullptr;
+    const NetworkTensor* scale = nullptr;  ///< scale of points, or null
+    const NetworkTensor* mask = nullptr;   ///< mask of points, or null
+    std::size_t picture = 0;               ///< in the batch
 };
 
 /// An output as a map of the size of its picture.

@@ -53,7 +53,7 @@ std::string shape_text(std::span<const std::int64_t> dims) {
     return text + "]";
 }
 
-std::string port_text(const OnnxPort& port) {
+std::string port_text(const NetworkPort& port) {
     if (port.type == 0) return element_name(0);
     return std::string(element_name(port.type)) + " " + shape_text(port.dims);
 }
@@ -94,11 +94,11 @@ OnnxSession::~OnnxSession() {
     if (session_ != nullptr) api.ReleaseSession(session_);
 }
 
-Result<OnnxPort> OnnxSession::read_port(std::size_t index, bool input) const {
+Result<NetworkPort> OnnxSession::read_port(std::size_t index, bool input) const {
     const OrtApi& api = runtime_->api();
     OrtAllocator* allocator = nullptr;
     SPLAT_TRY(check(api.GetAllocatorWithDefaultOptions(&allocator), "allocator"));
-    OnnxPort port;
+    NetworkPort port;
     char* name = nullptr;
     SPLAT_TRY(check(input ? api.SessionGetInputName(session_, index, allocator, &name)
                           : api.SessionGetOutputName(session_, index, allocator, &name),
@@ -128,7 +128,7 @@ Status OnnxSession::read_ports() {
     return {};
 }
 
-Result<OnnxTensor> OnnxSession::read_output(OrtValue* value, const std::string& name) const {
+Result<NetworkTensor> OnnxSession::read_output(OrtValue* value, const std::string& name) const {
     const OrtApi& api = runtime_->api();
     const auto refused = [&](const std::string& got) {
         return damaged("'%s': output '%s' is %s, expected float32 or float16", path_.c_str(),
@@ -140,7 +140,7 @@ Result<OnnxTensor> OnnxSession::read_output(OrtValue* value, const std::string& 
     OrtTensorTypeAndShapeInfo* info = nullptr;
     SPLAT_TRY(check(api.GetTensorTypeAndShape(value, &info), "output"));
     const Held<OrtTensorTypeAndShapeInfo> held(info, api.ReleaseTensorTypeAndShapeInfo);
-    OnnxTensor out;
+    NetworkTensor out;
     int type = 0;
     SPLAT_TRY(read_shape(*runtime_, info, type, out.dims));
     const auto count = elements_of(out.dims);
@@ -156,8 +156,8 @@ Result<OnnxTensor> OnnxSession::read_output(OrtValue* value, const std::string& 
     return out;
 }
 
-Result<std::vector<OnnxTensor>> OnnxSession::run(const OnnxTensor& input, std::int64_t tokens,
-                                                 std::span<const std::size_t> wanted) const {
+Result<std::vector<NetworkTensor>> OnnxSession::run(const NetworkTensor& input, std::int64_t tokens,
+                                                    std::span<const std::size_t> wanted) const {
     const OrtApi& api = runtime_->api();
     std::vector<std::uint16_t> halves;
     void* data = const_cast<float*>(input.values.data());  // the runtime only reads it
@@ -192,7 +192,7 @@ Result<std::vector<OnnxTensor>> OnnxSession::run(const OnnxTensor& input, std::i
                     "ONNX Runtime cannot run the model"));
     std::vector<Held<OrtValue>> held;
     for (OrtValue* const value : values) held.emplace_back(value, api.ReleaseValue);
-    std::vector<OnnxTensor> outputs;
+    std::vector<NetworkTensor> outputs;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         SPLAT_SET(outputs.emplace_back(), read_output(values[i], outputs_[wanted[i]].name));
     return outputs;

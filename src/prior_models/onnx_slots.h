@@ -38,9 +38,6 @@ using OrtLogFunction = void (*)(void* user, int severity, const char* category, 
 
 inline constexpr std::uint32_t kOrtApiVersion = 11;
 
-/// Element types.
-inline constexpr int kOrtFloat = 1, kOrtInt64 = 7, kOrtHalf = 10;
-
 /// Severity of messages: errors.
 inline constexpr int kOrtLogError = 3;
 

@@ -8,7 +8,7 @@ namespace {
 constexpr std::int64_t kMostSide = 16384;
 
 /// A shape as [n,c,h,w], whatever its layout; empty for another rank.
-std::vector<std::int64_t> full_shape(const OnnxTensor& tensor, const PlanesPart& part) {
+std::vector<std::int64_t> full_shape(const NetworkTensor& tensor, const PlanesPart& part) {
     const std::vector<std::int64_t>& d = tensor.dims;
     if (d.size() == 4 && part.channels_last) return {d[0], d[3], d[1], d[2]};
     if (d.size() == 4) return d;
@@ -20,7 +20,7 @@ std::vector<std::int64_t> full_shape(const OnnxTensor& tensor, const PlanesPart&
 
 }  // namespace
 
-Result<Planes> planes_of(const OnnxTensor& tensor, const PlanesPart& part,
+Result<Planes> planes_of(const NetworkTensor& tensor, const PlanesPart& part,
                          const std::string& name) {
     const std::vector<std::int64_t> shape = full_shape(tensor, part);
     const std::int64_t last = std::int64_t{part.first} + part.count;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "prior_models/onnx_session.h"
+#include "prior_models/network.h"
 #include "prior_models/prepare.h"
 
 namespace splat::prior_models {
@@ -21,7 +21,8 @@ struct PlanesPart {
 
 /// From [n,c,h,w] or [n,h,w,c]; one channel also from [n,h,w], and from [h,w]. Errors: kFormat for another rank,
 /// too few channels or pictures, and sides of 0 or above 16384; `name` stands for the output.
-Result<Planes> planes_of(const OnnxTensor& tensor, const PlanesPart& part, const std::string& name);
+Result<Planes> planes_of(const NetworkTensor& tensor, const PlanesPart& part,
+                         const std::string& name);
 
 /// Errors: kInvalidState with the place of the first number that is not finite.
 Status check_finite(const Planes& planes, const std::string& name);

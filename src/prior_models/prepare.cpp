@@ -87,7 +87,7 @@ Result<Extent> input_extent(const PresetInput& input, Extent picture) {
     return Extent{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
 }
 
-Result<OnnxTensor> prepare(const PresetInput& input, const io::Image& picture, Extent size) {
+Result<NetworkTensor> prepare(const PresetInput& input, const io::Image& picture, Extent size) {
     SPLAT_TRY(io::check_image(picture));
     if (picture.bits != 8) return invalid("a picture of %u bits, expected 8", picture.bits);
     SPLAT_ASSIGN(const std::vector<double> values, resized(input, picture, size));
@@ -95,7 +95,7 @@ Result<OnnxTensor> prepare(const PresetInput& input, const io::Image& picture, E
     const double scale =
         input.by_maximum ? std::max(*std::ranges::max_element(values), kLeastMaximum) : input.scale;
     const std::size_t area = std::size_t{size.width} * size.height;
-    OnnxTensor tensor;
+    NetworkTensor tensor;
     tensor.dims = {1, 3, size.height, size.width};
     if (input.channels_last) tensor.dims = {1, size.height, size.width, 3};
     tensor.values.resize(3 * area);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "io/image.h"
-#include "prior_models/onnx_session.h"
+#include "prior_models/network.h"
 #include "prior_models/preset.h"
 
 namespace splat::prior_models {
@@ -28,6 +28,6 @@ Result<std::vector<double>> resample_bytes(const io::Image& bytes, Extent size,
 ///
 /// Errors  kInvalidArgument for an image of 16 bits
 /// Source  MiDaS's dpt_transform; rembg's normalize(); test code of the other models
-Result<OnnxTensor> prepare(const PresetInput& input, const io::Image& picture, Extent size);
+Result<NetworkTensor> prepare(const PresetInput& input, const io::Image& picture, Extent size);
 
 }  // namespace splat::prior_models

@@ -62,13 +62,15 @@ Result<Preset> preset_of(const std::string& text) {
 }
 
 Result<Preset> preset_of_file(const std::string& path) {
-    const std::string file = os::text_of(os::path_of(path).filename());
-    for (const EmbeddedPreset& embedded : embedded_presets()) {
-        SPLAT_ASSIGN(Preset preset, parse_preset(embedded.text));
-        if (preset.file.name == file) return preset;
-    }
+    const fs::path file = os::path_of(path).filename();
+    for (const bool whole : {true, false})
+        for (const EmbeddedPreset& embedded : embedded_presets()) {
+            SPLAT_ASSIGN(Preset preset, parse_preset(embedded.text));
+            const fs::path own = os::path_of(preset.file.name);
+            if (whole ? own == file : own.stem() == file.stem()) return preset;
+        }
     return not_found("no preset has a file '%s': name the model's preset, expected %s, or JSON",
-                     file.c_str(), joined(preset_names()).c_str());
+                     os::text_of(file).c_str(), joined(preset_names()).c_str());
 }
 
 std::string models_folder() {
@@ -80,6 +82,16 @@ std::string models_folder() {
     if (const auto home = environment("HOME")) return *home + "/.local/share/libsplat/priors";
 #endif
     return "";
+}
+
+std::string preset_path(const Preset& preset) {
+    const std::string own = models_folder() + "/" + preset.file.name;
+    fs::path path = os::path_of(own);
+    std::error_code none;
+    if (preset.file.name.empty() || fs::is_regular_file(path, none)) return own;
+    for (const char* extension : {".safetensors", ".pt", ".onnx"})
+        if (fs::is_regular_file(path.replace_extension(extension), none)) return os::text_of(path);
+    return own;
 }
 
 }  // namespace splat::prior_models

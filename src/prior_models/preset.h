@@ -91,11 +91,15 @@ Result<std::string> preset_text(const std::string& name);
 /// A preset by name, or from its JSON if `text` starts with '{'. Errors: as both.
 Result<Preset> preset_of(const std::string& text);
 
-/// The preset whose file has this name. Errors: kNotFound.
+/// The preset whose file has this name, or this name but for the extension. Errors: kNotFound.
 Result<Preset> preset_of_file(const std::string& path);
 
 /// Where models are looked for: $SPLAT_PRIORS_DIR, else $XDG_DATA_HOME/libsplat/priors, else
 /// $HOME/.local/share/libsplat/priors, on Windows %LOCALAPPDATA%/libsplat/priors; empty if none is set.
 std::string models_folder();
+
+/// Where the preset's model is looked for: its file in models_folder(), or, where that is not, the same name with
+/// .safetensors, .pt or .onnx.
+std::string preset_path(const Preset& preset);
 
 }  // namespace splat::prior_models

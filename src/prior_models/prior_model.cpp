@@ -4,6 +4,8 @@
 #include <filesystem>
 
 #include "core/os/path.h"
+#include "io/weights_file.h"
+#include "prior_models/onnx_session.h"
 
 namespace splat::prior_models {
 namespace {
@@ -14,14 +16,40 @@ Result<std::string> model_path(const Preset& preset, const std::string& given) {
     if (preset.file.name.empty())
         return invalid("preset '%s' names no file: give the path of the model",
                        preset.name.c_str());
-    const std::string folder = models_folder();
-    const std::string path = folder + "/" + preset.file.name;
+    const std::string path = preset_path(preset);
     std::error_code none;
     if (std::filesystem::is_regular_file(os::path_of(path), none)) return path;
     return not_found(
         "there is no '%s', the model of preset '%s': 'vkrun priors get %s' fetches it where its "
         "address is known, 'vkrun priors where %s' tells about it; or give the path of the model",
         path.c_str(), preset.name.c_str(), preset.name.c_str(), preset.name.c_str());
+}
+
+/// By ONNX Runtime, or by the caller's function if the file holds weights.
+Result<std::unique_ptr<Network>> open_network(const PriorModelDesc& desc, const std::string& path) {
+    if (io::is_weights_file(path)) {
+        if (desc.open_weights) return desc.open_weights(path);
+        return unsupported("'%s' holds weights, expected an ONNX file", path.c_str());
+    }
+    SPLAT_ASSIGN(auto runtime, OnnxRuntime::load(desc.runtime));
+    SPLAT_ASSIGN(auto session, OnnxSession::create(std::move(runtime), path, desc.threads));
+    return std::unique_ptr<Network>(std::move(session));
+}
+
+/// The preset of a file that alone is given: by its name, or by what its weights are.
+Result<Preset> preset_of_model(const std::string& path, const Network* network) {
+    if (network != nullptr && !network->preset().empty()) return preset_of(network->preset());
+    return preset_of_file(path);
+}
+
+/// Refuses the weights of one preset for another. Presets of the caller's own are not looked at.
+Status check_preset(const Preset& preset, const Network& network) {
+    const std::string made_for = network.preset();
+    if (made_for.empty() || preset.file.name.empty()) return {};
+    const auto stem = os::text_of(os::path_of(preset.file.name).stem());
+    if (stem == made_for) return {};
+    return damaged("'%s' has the weights of '%s', expected those of '%s' for preset '%s'",
+                   network.path().c_str(), made_for.c_str(), stem.c_str(), preset.name.c_str());
 }
 
 /// The error of a model, with a hint if its file is not the preset's.
@@ -36,9 +64,14 @@ Status with_size(const Status& refused, const Preset& preset, const std::string&
         refused.message().c_str(), llu(bytes), llu(preset.file.bytes));
 }
 
-std::string ports_text(const std::vector<OnnxPort>& ports) {
+/// True for one of the names between the bars of `names`.
+bool is_one_of(const std::string& name, const std::string& names) {
+    return ("|" + names + "|").find("|" + name + "|") != std::string::npos;
+}
+
+std::string ports_text(const std::vector<NetworkPort>& ports) {
     std::string text;
-    for (const OnnxPort& port : ports)
+    for (const NetworkPort& port : ports)
         text += (text.empty() ? "'" : ", '") + port.name + "' " + port_text(port);
     return text.empty() ? "none" : text;
 }
@@ -48,25 +81,39 @@ std::string ports_text(const std::vector<OnnxPort>& ports) {
 Result<std::unique_ptr<PriorModel>> PriorModel::create(const PriorModelDesc& desc) {
     if (desc.preset.empty() && desc.model.empty())
         return invalid("neither a preset nor a model is named");
-    SPLAT_ASSIGN(Preset preset,
-                 desc.preset.empty() ? preset_of_file(desc.model) : preset_of(desc.preset));
+    const bool by_weights = desc.preset.empty() && io::is_weights_file(desc.model);
+    Preset preset;
+    if (!by_weights)
+        SPLAT_SET(preset,
+                  desc.preset.empty() ? preset_of_file(desc.model) : preset_of(desc.preset));
     SPLAT_ASSIGN(const std::string path, model_path(preset, desc.model));
-    SPLAT_ASSIGN(auto runtime, OnnxRuntime::load(desc.runtime));
-    auto session = OnnxSession::create(std::move(runtime), path, desc.threads);
-    if (!session.ok()) return with_size(session.status(), preset, path);
+    auto network = open_network(desc, path);
+    if (!network.ok()) return with_size(network.status(), preset, path);
+    if (by_weights) SPLAT_SET(preset, preset_of_model(path, network.value().get()));
+    SPLAT_TRY(check_preset(preset, *network.value()));
     std::unique_ptr<PriorModel> model(
-        new PriorModel(std::move(preset), std::move(session.value())));
+        new PriorModel(std::move(preset), std::move(network.value())));
+    SPLAT_TRY(model->set_tokens(desc.tokens));
     Status fits = model->check_input();
     if (fits.ok()) fits = model->check_outputs();
     if (!fits.ok()) return with_size(fits, model->preset_, path);
     return model;
 }
 
+Status PriorModel::set_tokens(std::uint32_t tokens) {
+    if (tokens == 0) return {};
+    if (preset_.input.tokens == 0)
+        return invalid("%u tokens are asked for, but preset '%s' takes none", tokens,
+                       preset_.name.c_str());
+    preset_.input.tokens = tokens;
+    return {};
+}
+
 Status PriorModel::check_input() {
     const PresetInput& input = preset_.input;
-    const std::vector<OnnxPort>& ports = session_->inputs();
+    const std::vector<NetworkPort>& ports = network_->inputs();
     const auto refuse = [&](const std::string& expected) {
-        return damaged("'%s' has the inputs %s; preset '%s' expects %s", session_->path().c_str(),
+        return damaged("'%s' has the inputs %s; preset '%s' expects %s", network_->path().c_str(),
                        ports_text(ports).c_str(), preset_.name.c_str(), expected.c_str());
     };
     const std::size_t count = input.tokens == 0 ? 1 : 2;
@@ -101,16 +148,17 @@ Status PriorModel::check_input() {
 }
 
 Result<std::size_t> PriorModel::output_place(const std::string& name, std::int32_t index) const {
-    const std::vector<OnnxPort>& ports = session_->outputs();
+    const std::vector<NetworkPort>& ports = network_->outputs();
     if (name.empty() && index == -1 && !ports.empty()) return ports.size() - 1;
     for (std::size_t i = 0; i < ports.size(); ++i)
-        if (name.empty() ? i == static_cast<std::size_t>(index) : ports[i].name == name) return i;
-    return damaged("'%s' has the outputs %s; preset '%s' expects %s", session_->path().c_str(),
+        if (name.empty() ? i == static_cast<std::size_t>(index) : is_one_of(ports[i].name, name))
+            return i;
+    return damaged("'%s' has the outputs %s; preset '%s' expects %s", network_->path().c_str(),
                    ports_text(ports).c_str(), preset_.name.c_str(),
                    name.empty() ? format("output %d", index).c_str() : ("'" + name + "'").c_str());
 }
 
-Status PriorModel::check_output(const PresetOutput& output, const OnnxPort& port) const {
+Status PriorModel::check_output(const PresetOutput& output, const NetworkPort& port) const {
     const bool points = output.map == data::MapKind::kDepth && output.depth == DepthOf::kPoints;
     const std::int64_t last =
         std::int64_t{output.channel} + (points ? 3 : data::channels_of(output.map));
@@ -125,7 +173,7 @@ Status PriorModel::check_output(const PresetOutput& output, const OnnxPort& port
     return damaged(
         "'%s': output '%s' is %s; preset '%s' expects float32 or float16 of 2 to 4 "
         "dimensions with %lld or more channels",
-        session_->path().c_str(), port.name.c_str(), port_text(port).c_str(), preset_.name.c_str(),
+        network_->path().c_str(), port.name.c_str(), port_text(port).c_str(), preset_.name.c_str(),
         lld(last));
 }
 
@@ -135,7 +183,7 @@ Status PriorModel::check_outputs() {
         SPLAT_ASSIGN(places.main, output_place(output.name, output.index));
         if (!output.scale.empty()) SPLAT_SET(places.scale, output_place(output.scale, 0));
         if (!output.mask.empty()) SPLAT_SET(places.mask, output_place(output.mask, 0));
-        SPLAT_TRY(check_output(output, session_->outputs()[places.main]));
+        SPLAT_TRY(check_output(output, network_->outputs()[places.main]));
     }
     return {};
 }
@@ -176,9 +224,9 @@ Result<std::vector<PriorMaps>> PriorModel::run(std::span<const io::Image> pictur
 Status PriorModel::run_batch(std::span<const io::Image> pictures,
                              std::span<const WantedMaps> wanted, Extent size,
                              std::vector<PriorMaps>& all) const {
-    OnnxTensor input;
+    NetworkTensor input;
     for (const io::Image& picture : pictures) {
-        SPLAT_ASSIGN(OnnxTensor one, prepare(preset_.input, picture, size));
+        SPLAT_ASSIGN(NetworkTensor one, prepare(preset_.input, picture, size));
         if (input.dims.empty()) {
             input = std::move(one);
             continue;
@@ -198,9 +246,9 @@ Status PriorModel::run_batch(std::span<const io::Image> pictures,
         for (const auto place : {std::optional(places_[o].main), places_[o].scale, places_[o].mask})
             ask(place);
     }
-    SPLAT_ASSIGN(const std::vector<OnnxTensor> tensors,
-                 session_->run(input, preset_.input.tokens, asked));
-    const auto tensor = [&](std::optional<std::size_t> place) -> const OnnxTensor* {
+    SPLAT_ASSIGN(const std::vector<NetworkTensor> tensors,
+                 network_->run(input, preset_.input.tokens, asked));
+    const auto tensor = [&](std::optional<std::size_t> place) -> const NetworkTensor* {
         if (!place) return nullptr;
         return &tensors[static_cast<std::size_t>(std::ranges::find(asked, *place) - asked.begin())];
     };
@@ -212,8 +260,8 @@ Status PriorModel::run_batch(std::span<const io::Image> pictures,
             if (!form) continue;
             const MapSource source{tensor(places_[o].main), tensor(places_[o].scale),
                                    tensor(places_[o].mask), i};
-            const std::string name = "'" + session_->path() + "': output '" +
-                                     session_->outputs()[places_[o].main].name + "'";
+            const std::string name = "'" + network_->path() + "': output '" +
+                                     network_->outputs()[places_[o].main].name + "'";
             SPLAT_ASSIGN(
                 maps[output.map],
                 finish(output, source, {pictures[i].width, pictures[i].height}, *form, name));

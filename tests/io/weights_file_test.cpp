@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "io/npy.h"
 #include "io/sample_files.h"
@@ -171,6 +172,52 @@ TEST_F(WeightsFileTest, TakesWrappersOffNames) {
     NamedTensors bare;
     ASSERT_OK(bare.add({"module.", {1}, NumberType::kF32, {1.0F}}));
     EXPECT_FALSE(bare.drop_start("module.")) << "nothing would be left";
+}
+
+/// {'model_config': {...}, 'model': {...}}, as MoGe's checkpoints.
+TEST_F(WeightsFileTest, KeepsTheConfigurationOfACheckpoint) {
+    test::PickleText pickle;
+    pickle.raw("}(").text("model_config").raw("}(").text("heads").integer(6).text("remap");
+    pickle.text("exp").text("taps").raw("](").integer(5).integer(11).raw("e");
+    pickle.text("none").raw("N").text("on").raw("\x88").text("x").real(0.5).raw("u").text("model");
+    pickle.raw("}").text("w").tensor("FloatStorage", "0", 1, 0, {1}, {1}).raw("su");
+    const Buffer file = test::sample_pth(pickle.done(), {test::raw_bytes<float>({4})});
+    const auto weights = need(read_weights(MemorySource(file), "x"));
+    EXPECT_EQ(weights.metadata,
+              (Metadata{{"model_config", R"({"heads": 6, "remap": "exp", "taps": [5, 11], )"
+                                         R"("none": null, "on": true, "x": 0.5})"}}));
+    EXPECT_EQ(weights.tensors[0].values, (std::vector<float>{4}));
+    const auto refused = [](const std::string& config, const char* part) {
+        test::PickleText bad;
+        bad.raw("}(").text("model").raw("}").text("w");
+        bad.tensor("FloatStorage", "0", 1, 0, {1}, {1}).raw("s").text("model_config").raw(config);
+        const Buffer broken = test::sample_pth(bad.raw("u").done(), {test::raw_bytes<float>({4})});
+        EXPECT_ERROR(read_weights(MemorySource(broken), "x"), Code::kFormat, part);
+    };
+    std::string deep;
+    for (int i = 0; i < 20; ++i) deep += "](";
+    for (int i = 0; i < 20; ++i) deep += "e";
+    refused(deep, "'model_config' has more than 4096 values, or nests deeper than 16");
+    // A list that holds itself: kept under number 0, fetched, appended.
+    refused(std::string("]q\0h\0a", 6), "nests deeper than 16");
+    refused(test::PickleText().raw("}").integer(1).integer(2).raw("s").done().substr(2, 6),
+            "a name in 'model_config' is not a text");
+}
+
+TEST_F(WeightsFileTest, TellsWeightsFromOtherFiles) {
+    WeightsFile weights;
+    ASSERT_OK(weights.tensors.add({"a", {1}, NumberType::kF32, {1.0F}}));
+    for (const char* name : {"a.safetensors", "a.pth", "a.npz"}) {
+        ASSERT_OK(save_weights(weights, path(name)));
+        EXPECT_TRUE(is_weights_file(path(name))) << name;
+        std::filesystem::rename(path(name), path("other"));
+        EXPECT_TRUE(is_weights_file(path("other"))) << name;
+    }
+    EXPECT_FALSE(is_weights_file(path("none.pt")));
+    std::ofstream(path("text.onnx")) << "no weights";
+    EXPECT_FALSE(is_weights_file(path("text.onnx")));
+    std::ofstream(path("damaged.pt")) << "no weights";
+    EXPECT_TRUE(is_weights_file(path("damaged.pt"))) << "by its name";
 }
 
 TEST_F(WeightsFileTest, RefusesOtherFiles) {

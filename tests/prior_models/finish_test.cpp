@@ -16,9 +16,9 @@ PresetOutput output_of(const char* preset, data::MapKind map) {
     return *preset_of(preset).value().find(map);
 }
 
-OnnxTensor tensor_of(std::vector<std::int64_t> dims,
-                     const std::function<float(std::size_t)>& value) {
-    OnnxTensor tensor{std::move(dims), {}};
+NetworkTensor tensor_of(std::vector<std::int64_t> dims,
+                        const std::function<float(std::size_t)>& value) {
+    NetworkTensor tensor{std::move(dims), {}};
     std::int64_t count = 1;
     for (const std::int64_t dim : tensor.dims) count *= dim;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
@@ -31,7 +31,8 @@ float drawn(std::size_t i) {
     return static_cast<float>(std::sin(12.9898 * static_cast<double>(i + 1)));
 }
 
-PriorMap map_of(const PresetOutput& output, const OnnxTensor& tensor, Extent size, MapForm form) {
+PriorMap map_of(const PresetOutput& output, const NetworkTensor& tensor, Extent size,
+                MapForm form) {
     return need(finish(output, {&tensor, nullptr, nullptr, 0}, size, form, "output"));
 }
 
@@ -68,7 +69,7 @@ TEST(GoldenNetPrior, OutputsBecomeTheReferencesMaps) {
         for (const auto& one : cases) {
             const PresetOutput output = output_of(one.preset, one.map);
             const std::size_t channels = data::channels_of(one.map);
-            const OnnxTensor tensor{golden.dims(one.in), golden.floats(one.in)};
+            const NetworkTensor tensor{golden.dims(one.in), golden.floats(one.in)};
             const std::vector<double> unit = golden.doubles(one.unit);
             const auto bytes = golden.array(one.bytes).ints().value();
             const std::size_t rank = golden.dims(one.bytes).size();
@@ -96,7 +97,7 @@ TEST(GoldenNetPrior, OutputsBecomeTheReferencesMaps) {
 
 TEST(PriorMap, DepthIsScaledAndConstantDepthIsZero) {
     const PresetOutput output = output_of("midas-small", data::MapKind::kDepth);
-    const OnnxTensor tensor = tensor_of({1, 4, 5}, drawn);
+    const NetworkTensor tensor = tensor_of({1, 4, 5}, drawn);
     const ref::Pixels from{5, 4, 1, {tensor.values.begin(), tensor.values.end()}};
     std::vector<double> exact = ref::cubic_resize(from, 9, 7).values;
     const PriorMap models = map_of(output, tensor, {9, 7}, MapForm::kModels);
@@ -104,14 +105,14 @@ TEST(PriorMap, DepthIsScaledAndConstantDepthIsZero) {
     ref::min_max(exact);
     for (double& value : exact) value *= 255;
     expect_bytes(bytes_of(map_of(output, tensor, {9, 7}, MapForm::kBytes)), exact);
-    const OnnxTensor flat = tensor_of({1, 1, 4, 5}, [](std::size_t) { return 3.0F; });
+    const NetworkTensor flat = tensor_of({1, 1, 4, 5}, [](std::size_t) { return 3.0F; });
     EXPECT_EQ(bytes_of(map_of(output, flat, {5, 4}, MapForm::kBytes)), Bytes(20, 0));
 }
 
 TEST(PriorMap, DistancesBecomeInverse) {
     PresetOutput output = output_of("midas-small", data::MapKind::kDepth);
     output.depth = DepthOf::kDistance;
-    const OnnxTensor tensor =
+    const NetworkTensor tensor =
         tensor_of({1, 4}, [](std::size_t i) { return static_cast<float>(1 << i); });
     // 1, 1/2, 1/4, 1/8 from 1/8 to 1.
     EXPECT_EQ(bytes_of(map_of(output, tensor, {4, 1}, MapForm::kBytes)), (Bytes{255, 109, 36, 0}));
@@ -122,7 +123,7 @@ TEST(PriorMap, DistancesBecomeInverse) {
 TEST(PriorMap, NormalsAreTurnedIntoTheCamerasAxes) {
     PresetOutput output = output_of("normal-uncertainty-nyu", data::MapKind::kNormal);
     output.signs = {1, -1, -1};
-    const OnnxTensor tensor = tensor_of({1, 4, 1, 1}, [](std::size_t i) {
+    const NetworkTensor tensor = tensor_of({1, 4, 1, 1}, [](std::size_t i) {
         return std::array<float, 4>{0.6F, 1.6F, -1.2F, 9}[i];
     });
     const double length = std::sqrt(0.36 + 2.56 + 1.44);
@@ -133,14 +134,14 @@ TEST(PriorMap, NormalsAreTurnedIntoTheCamerasAxes) {
     expect_bytes(
         bytes_of(map_of(output, tensor, {1, 1}, MapForm::kBytes)),
         {127.5 * (1 + 0.6 / length), 127.5 * (1 - 1.6 / length), 127.5 * (1 + 1.2 / length)});
-    const OnnxTensor none = tensor_of({1, 4, 1, 1}, [](std::size_t) { return 0.0F; });
+    const NetworkTensor none = tensor_of({1, 4, 1, 1}, [](std::size_t) { return 0.0F; });
     EXPECT_EQ(bytes_of(map_of(output, none, {1, 1}, MapForm::kBytes)), (Bytes{127, 127, 127}));
 }
 
 TEST(PriorMap, ChannelsMayComeLast) {
     PresetOutput output = output_of("moge-2-vits", data::MapKind::kNormal);
-    const OnnxTensor first = tensor_of({1, 3, 4, 5}, drawn);
-    OnnxTensor last{{1, 4, 5, 3}, std::vector<float>(60)};
+    const NetworkTensor first = tensor_of({1, 3, 4, 5}, drawn);
+    NetworkTensor last{{1, 4, 5, 3}, std::vector<float>(60)};
     for (std::size_t i = 0; i < 20; ++i)
         for (std::size_t c = 0; c < 3; ++c) last.values[3 * i + c] = first.values[20 * c + i];
     const PriorMap found = map_of(output, last, {7, 6}, MapForm::kBytes);
@@ -150,7 +151,8 @@ TEST(PriorMap, ChannelsMayComeLast) {
 
 TEST(PriorMap, MasksOfRembgAreBytesBeforeTheyAreResized) {
     const PresetOutput output = output_of("birefnet-general", data::MapKind::kMask);
-    const OnnxTensor tensor = tensor_of({1, 1, 6, 6}, [](std::size_t i) { return 4 * drawn(i); });
+    const NetworkTensor tensor =
+        tensor_of({1, 1, 6, 6}, [](std::size_t i) { return 4 * drawn(i); });
     std::vector<double> unit;
     for (const float value : tensor.values)
         unit.push_back(1 / (1 + std::exp(-static_cast<double>(value))));
@@ -166,13 +168,13 @@ TEST(PriorMap, MasksOfRembgAreBytesBeforeTheyAreResized) {
         EXPECT_GE(value, 0);
         EXPECT_LE(value, 1);
     }
-    const OnnxTensor flat = tensor_of({1, 1, 3, 3}, [](std::size_t) { return 0.5F; });
+    const NetworkTensor flat = tensor_of({1, 1, 3, 3}, [](std::size_t) { return 0.5F; });
     EXPECT_EQ(bytes_of(map_of(output, flat, {3, 3}, MapForm::kBytes)), Bytes(9, 0));
 }
 
 TEST(PriorMap, OtherMasksAreResizedBeforeTheyAreBytes) {
     PresetOutput output = output_of("inspyrenet", data::MapKind::kMask);
-    const OnnxTensor tensor =
+    const NetworkTensor tensor =
         tensor_of({1, 1, 4, 5}, [](std::size_t i) { return 0.5F + 0.5F * drawn(i); });
     const ref::Pixels from{5, 4, 1, {tensor.values.begin(), tensor.values.end()}};
     std::vector<double> exact = ref::linear_resize(from, 9, 7, 4.0 / 8, 3.0 / 6, 0).values;
@@ -187,7 +189,7 @@ TEST(PriorMap, OtherMasksAreResizedBeforeTheyAreBytes) {
 TEST(PriorMap, RefusesOtherShapesAndNumbers) {
     const PresetOutput mask = output_of("u2net", data::MapKind::kMask);
     const PresetOutput normal = output_of("normal-uncertainty-nyu", data::MapKind::kNormal);
-    const auto status = [](const PresetOutput& output, const OnnxTensor& tensor) {
+    const auto status = [](const PresetOutput& output, const NetworkTensor& tensor) {
         return finish(output, {&tensor, nullptr, nullptr, 0}, {4, 4}, MapForm::kBytes,
                       "'m': output 'y'")
             .status();

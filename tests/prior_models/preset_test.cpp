@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "support/expect_status.h"
@@ -36,10 +38,10 @@ TEST(Preset, EveryEmbeddedOneIsReadAndNamedLikeItsFile) {
         // Without an address the note says how the file is had.
         EXPECT_TRUE(!preset.file.url.empty() || !preset.note.empty()) << name;
     }
-    for (const char* name :
-         {"midas-dpt-large", "midas-dpt-hybrid", "midas-small", "midas-small-hub", "u2net",
-          "isnet-general-use", "isnet-imgly", "inspyrenet", "birefnet",
-          "normal-uncertainty-scannet", "normal-uncertainty-nyu", "moge-2-vits"})
+    for (const char* name : {"midas-dpt-large", "midas-dpt-hybrid", "midas-small",
+                             "midas-small-hub", "u2net", "isnet-general-use", "isnet-imgly",
+                             "inspyrenet", "birefnet", "normal-uncertainty-scannet",
+                             "normal-uncertainty-nyu", "moge-2-vits", "moge-2-vits-normal"})
         EXPECT_EQ(std::count(names.begin(), names.end(), name), 1) << name;
 }
 
@@ -139,7 +141,8 @@ TEST(Preset, NamesAFileInTheFolderOfModels) {
 }
 
 TEST(Preset, HasTheFactsOfMoge) {
-    for (const char* name : {"moge-2-vits", "moge-2-vitb", "moge-2-vitl"}) {
+    for (const char* name : {"moge-2-vits", "moge-2-vitb", "moge-2-vitl", "moge-2-vits-normal",
+                             "moge-2-vitb-normal", "moge-2-vitl-normal"}) {
         const Preset moge = preset_of(name).value();
         EXPECT_EQ(moge.maps(), 7U);
         EXPECT_EQ(moge.input.fit, Fit::kOwn);
@@ -148,7 +151,7 @@ TEST(Preset, HasTheFactsOfMoge) {
         EXPECT_EQ(moge.input.tokens, 3600);
         const PresetOutput& depth = *moge.find(data::MapKind::kDepth);
         EXPECT_EQ(depth.depth, DepthOf::kPoints);
-        EXPECT_EQ(depth.name + depth.scale + depth.mask, "pointsscalemask");
+        EXPECT_EQ(depth.name + depth.scale + depth.mask, "pointsmetric_scale|scalemask");
         EXPECT_TRUE(depth.channels_last);
         const PresetOutput& normal = *moge.find(data::MapKind::kNormal);
         EXPECT_EQ(normal.name, "normal");
@@ -158,6 +161,23 @@ TEST(Preset, HasTheFactsOfMoge) {
         EXPECT_FALSE(mask.sigmoid) << "it is inside the model";
         EXPECT_EQ(mask.threshold, 127);
     }
+}
+
+TEST(Preset, AModelMayHaveAnotherForm) {
+    EXPECT_EQ(need(preset_of_file("a/moge-2-vitb-normal.onnx")).name, "moge-2-vitb");
+    EXPECT_EQ(need(preset_of_file("a/moge-2-vitb-normal.pt")).name, "moge-2-vitb-normal");
+    EXPECT_EQ(need(preset_of_file("moge-2-vits-normal.safetensors")).maps(), 7U);
+    const std::string folder = testing::TempDir() + "preset_forms";
+    std::filesystem::create_directories(folder);
+    test::set_variable("SPLAT_PRIORS_DIR", folder.c_str());
+    const Preset moge = preset_of("moge-2-vits-normal").value();
+    EXPECT_EQ(preset_path(moge), folder + "/moge-2-vits-normal.pt");
+    std::ofstream(folder + "/moge-2-vits-normal.safetensors") << "x";
+    EXPECT_EQ(preset_path(moge), folder + "/moge-2-vits-normal.safetensors");
+    std::ofstream(folder + "/moge-2-vits-normal.pt") << "x";
+    EXPECT_EQ(preset_path(moge), folder + "/moge-2-vits-normal.pt");
+    std::filesystem::remove_all(folder);
+    test::unset_variable("SPLAT_PRIORS_DIR");
 }
 
 TEST(Preset, OneOfTheCallersOwnIsJson) {

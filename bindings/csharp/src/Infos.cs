@@ -796,7 +796,8 @@ namespace Splat
         /** <summary>licence of the model: show it to the user</summary> */ public string Licence { get; }
         /** <summary>what to know of the model</summary> */ public string Note { get; }
         /** <summary>file of the model</summary> */ public string Path { get; }
-        /** <summary>version of ONNX Runtime, such as "1.30.0"</summary> */ public string RuntimeVersion { get; }
+        /// <summary>version of ONNX Runtime, such as "1.30.0"; "": runs on a device</summary>
+        public string RuntimeVersion { get; }
 
         internal unsafe PriorModelInfo(splat_prior_model_info* from)
         {

@@ -2812,13 +2812,18 @@ namespace Splat.Interop
         ResultCode splat_prior_preset(byte* name, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
-        /// Load a model.
-        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT  desc; neither preset nor model_path; a member of a preset's JSON
+        /// Load a model. All tensors of weights are checked before the device is used; the model keeps its
+        /// device open.
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
+        ///   SPLAT_ERROR_INVALID_HANDLE (device), or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT  desc; neither preset nor model_path; a member of a preset's JSON;
+        ///                                 weights without a device; tokens where the preset has none
         ///   SPLAT_ERROR_NOT_FOUND         a preset, the model, ONNX Runtime; the message says how to get it
-        ///   SPLAT_ERROR_UNSUPPORTED       a library that is no ONNX Runtime of version 1.11 or later
+        ///   SPLAT_ERROR_UNSUPPORTED       a library that is no ONNX Runtime of version 1.11 or later; a .pt
+        ///                                 with code in it, which is never run
         ///   SPLAT_ERROR_FORMAT            no ONNX file, a damaged one, or one with other inputs or outputs
-        ///                                 than the preset's
+        ///                                 than the preset's; weights of another network (the message says
+        ///                                 which they look like), missing or further tensors
         /// </summary>
 #if NET8_0_OR_GREATER
         [LibraryImport(Lib)] public static partial
@@ -2846,6 +2851,7 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_SHAPE_MISMATCH    a map of another size or other channels
         ///   SPLAT_ERROR_UNSUPPORTED       a picture that is too wide or too high for the preset
         ///   SPLAT_ERROR_FORMAT            the model cannot run, or gives an output of another shape
+        ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY  weights on a device: too many tokens
         ///   SPLAT_ERROR_INVALID_STATE     its output is not finite; the handle is of a forked process
         /// </summary>
 #if NET8_0_OR_GREATER
@@ -2855,6 +2861,22 @@ namespace Splat.Interop
 #endif
         ResultCode splat_prior_model_run(SafePriorModelHandle model, splat_image* pictures, splat_prior_maps* maps,
             uint count);
+
+        /// <summary>
+        /// Make maps of pictures, as splat_prior_model_run(), and find the focal lengths of their cameras.
+        /// maps      as there, but with focals none need be wanted
+        /// focals    out, `count`, pixels in both directions; of models whose depth are points (MoGe-2), for the
+        ///           pinhole camera that sees them best, 60 degrees across the width where no camera does; 0 of
+        ///           others
+        /// Returns as splat_prior_model_run()
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_model_run_focal(SafePriorModelHandle model, splat_image* pictures, splat_prior_maps*
+            maps, double* focals, uint count);
 
         /// <summary>Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
 #if NET8_0_OR_GREATER
@@ -4550,14 +4572,17 @@ namespace Splat.Interop
         /// <summary>name, or JSON text of a preset of the caller's own; NULL: the one whose file has the name of
         /// model_path</summary>
         public byte* preset;
-        /// <summary>ONNX file; NULL: the preset's, in $SPLAT_PRIORS_DIR, else libsplat/priors/ of the user's data
-        /// folder</summary>
+        /// <summary>ONNX file, or weights of MoGe-2 (.safetensors, .pt); NULL: the preset's, in $SPLAT_PRIORS_DIR,
+        /// else libsplat/priors/ of the user's data folder, where it may have either form</summary>
         public byte* model_path;
         /// <summary>library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1
         /// beside libsplat or where the system's loader looks</summary>
         public byte* runtime_path;
-        /** <summary>threads of one run; 0: one per core</summary> */ public uint threads;
-        public uint reserved;
+        /** <summary>threads of one run by ONNX Runtime; 0: one per core</summary> */ public uint threads;
+        /// <summary>patches that a model whose preset has "tokens" divides a picture into, about; 0: the preset's.
+        /// MoGe-2 was trained with 1200 to 3600: fewer are faster</summary>
+        public uint tokens;
+        /** <summary>device that runs weights; NULL for an ONNX file</summary> */ public IntPtr device;
     }
 
     /// <summary>What a model makes, and where it comes from.</summary>
@@ -4573,7 +4598,8 @@ namespace Splat.Interop
         /** <summary>licence of the model: show it to the user</summary> */ public byte* licence;
         /** <summary>what to know of the model</summary> */ public byte* note;
         /** <summary>file of the model</summary> */ public byte* path;
-        /** <summary>version of ONNX Runtime, such as "1.30.0"</summary> */ public byte* runtime_version;
+        /// <summary>version of ONNX Runtime, such as "1.30.0"; "": runs on a device</summary>
+        public byte* runtime_version;
     }
 
     /// <summary>Where the maps of a picture go; all of the picture's size. Frozen. Those without pixels are not
@@ -5015,9 +5041,9 @@ namespace Splat.Interop
                 "seed:56:8 max_gaussians:64:4 sh_bands:68:4 downscale:72:4 test_every:76:4 cameras:80:4 " +
                 "reserved:84:4 depth:88:8 normals:96:8 init:104:8 memory_bytes:112:8 values:120:8 " +
                 "value_count:128:8"),
-            new NativeLayout(typeof(splat_prior_model_desc), 48, false,
+            new NativeLayout(typeof(splat_prior_model_desc), 56, false,
                 "struct_size:0:4 flags:4:4 next:8:8 preset:16:8 model_path:24:8 runtime_path:32:8 threads:40:4 " +
-                "reserved:44:4"),
+                "tokens:44:4 device:48:8"),
             new NativeLayout(typeof(splat_prior_model_info), 56, false,
                 "struct_size:0:4 maps:4:4 width:8:4 height:12:4 preset:16:8 licence:24:8 note:32:8 path:40:8 " +
                 "runtime_version:48:8"),

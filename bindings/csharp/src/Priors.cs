@@ -196,14 +196,17 @@ namespace Splat
         /// <param name="runtime">library of ONNX Runtime; null: where libsplat looks for it</param>
         /// <param name="threads">of one run; 0: one per core</param>
         /// <param name="flags">whether float maps have the model's own numbers</param>
+        /// <param name="device">of weights; null for an ONNX file</param>
+        /// <param name="tokens">patches of a picture, for presets that have them; 0: the preset's</param>
         public PriorModel(string preset, string? model = null, string? runtime = null, int threads = 0,
-                          PriorModelFlags flags = PriorModelFlags.None)
-            : base(Create(preset, model, runtime, threads, flags))
+                          PriorModelFlags flags = PriorModelFlags.None, Device? device = null,
+                          int tokens = 0)
+            : base(Create(preset, model, runtime, threads, flags, device, tokens))
         {
         }
 
         private static SafePriorModelHandle Create(string preset, string? model, string? runtime,
-            int threads, PriorModelFlags flags)
+            int threads, PriorModelFlags flags, Device? device, int tokens)
         {
             using (var arena = new Arena())
             {
@@ -215,6 +218,8 @@ namespace Splat
                     model_path = arena.Optional(model, nameof(model)),
                     runtime_path = arena.Optional(runtime, nameof(runtime)),
                     threads = Check.Unsigned(threads, nameof(threads)),
+                    tokens = Check.Unsigned(tokens, nameof(tokens)),
+                    device = arena.Hold(device),
                 };
                 IntPtr handle;
                 Check.Ok(Native.splat_prior_model_create(&desc, &handle));
@@ -262,14 +267,32 @@ namespace Splat
             using (var arena = new Arena())
             {
                 splat_image from = Check.NotNull(picture, nameof(picture)).ToNative(arena);
-                var to = new splat_prior_maps
-                {
-                    depth = maps.Depth == null ? default : maps.Depth.ToNative(arena),
-                    normal = maps.Normal == null ? default : maps.Normal.ToNative(arena),
-                    mask = maps.Mask == null ? default : maps.Mask.ToNative(arena),
-                };
+                splat_prior_maps to = ToNative(maps, arena);
                 Check.Ok(Native.splat_prior_model_run(Handle, &from, &to, 1));
             }
         }
+
+        /// <summary>
+        /// Fill maps of a picture. Returns the focal length of its camera, pixels; 0 if the model does not tell it.
+        /// </summary>
+        public double RunFocal(Image picture, PriorMaps maps)
+        {
+            Check.NotNull(maps, nameof(maps));
+            using (var arena = new Arena())
+            {
+                splat_image from = Check.NotNull(picture, nameof(picture)).ToNative(arena);
+                splat_prior_maps to = ToNative(maps, arena);
+                double focal;
+                Check.Ok(Native.splat_prior_model_run_focal(Handle, &from, &to, &focal, 1));
+                return focal;
+            }
+        }
+
+        private static splat_prior_maps ToNative(PriorMaps maps, Arena arena) => new splat_prior_maps
+        {
+            depth = maps.Depth == null ? default : maps.Depth.ToNative(arena),
+            normal = maps.Normal == null ? default : maps.Normal.ToNative(arena),
+            mask = maps.Mask == null ? default : maps.Mask.ToNative(arena),
+        };
     }
 }

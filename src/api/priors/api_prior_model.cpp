@@ -1,5 +1,6 @@
 #include "api/core/image_view.h"
 #include "api/handles.h"
+#include "api/priors/moge_network.h"
 #include "core/fork.h"
 #include "core/json_writer.h"
 
@@ -9,12 +10,20 @@ namespace {
 
 using prior_models::MapForm;
 
+constexpr data::MapKind kDepth = data::MapKind::kDepth;
+
+/// Points tell the camera.
+bool tells_focal(const prior_models::PriorModel& model) {
+    const prior_models::PresetOutput* const depth = model.preset().find(kDepth);
+    return depth != nullptr && depth->depth == prior_models::DepthOf::kPoints;
+}
+
 /// A preset and its path as JSON.
 Result<std::string> preset_report(const std::string& name) {
     SPLAT_ASSIGN(const prior_models::Preset preset, prior_models::preset_of(name));
     SPLAT_ASSIGN(const std::string text, prior_models::preset_text(name));
     JsonWriter json;
-    json.begin_object().member("path", prior_models::models_folder() + "/" + preset.file.name);
+    json.begin_object().member("path", prior_models::preset_path(preset));
     return json.newline(1).key("preset").raw(text).end().text();
 }
 
@@ -70,8 +79,9 @@ void give_maps(const Targets& targets, const prior_models::PriorMaps& made) {
     }
 }
 
+/// `focals` may be nullptr.
 Status run_model(const api::PriorModelObject& object, std::span<const splat_image> pictures,
-                 std::span<const splat_prior_maps> maps) {
+                 std::span<const splat_prior_maps> maps, double* focals) {
     if (object.generation != fork_generation())
         return bad_state(
             "model: its threads belong to the process that this one was forked from; "
@@ -85,11 +95,39 @@ Status run_model(const api::PriorModelObject& object, std::span<const splat_imag
         images.push_back(api::image_of(view));
         SPLAT_ASSIGN(targets.emplace_back(), targets_of(maps[i], images.back(), object.numbers, i));
         wanted.push_back(targets.back().wanted);
+        if (focals != nullptr && tells_focal(*object.model) && !wanted.back()[kDepth])
+            wanted.back()[kDepth] = MapForm::kModels;
     }
     SPLAT_ASSIGN(const std::vector<prior_models::PriorMaps> made,
                  object.model->run(images, wanted));
-    for (std::size_t i = 0; i < made.size(); ++i) give_maps(targets[i], made[i]);
+    for (std::size_t i = 0; i < made.size(); ++i) {
+        give_maps(targets[i], made[i]);
+        if (focals != nullptr) focals[i] = made[i][kDepth] ? made[i][kDepth]->focal : 0;
+    }
     return {};
+}
+
+/// Checks the arguments of both functions that run a model.
+Status run_handle(splat_prior_model model, const splat_image* pictures,
+                  const splat_prior_maps* maps, double* focals, std::uint32_t count) {
+    SPLAT_TRY(api::require(pictures, "pictures", maps, "maps"));
+    if (count == 0) return invalid("count is 0, expected at least 1");
+    SPLAT_ASSIGN(const auto object, api::find(model));
+    return run_model(*object, {pictures, count}, {maps, count}, focals);
+}
+
+/// Opens weights on the caller's device.
+prior_models::OpenWeights weights_on(splat_device device) {
+    return [device](const std::string& path) -> Result<std::unique_ptr<prior_models::Network>> {
+        if (device == nullptr)
+            return invalid(
+                "splat_prior_model_desc.device is NULL, but '%s' holds weights, which run on a "
+                "device",
+                path.c_str());
+        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "splat_prior_model_desc.device"));
+        SPLAT_TRY(owner->test(api::kNetworkKernels));
+        return api::open_moge(*owner, path);
+    };
 }
 
 }  // namespace
@@ -105,6 +143,8 @@ splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
                                       splat_prior_model* model) {
     return api::create(model, [&]() -> api::PriorModels::Made {
         SPLAT_TRY(api::check_desc(desc, SPLAT_PRIOR_MODEL_NUMBERS));
+        splat_prior_model_desc given{};
+        SPLAT_TRY(api::take_input(desc, "desc", given));
         constexpr std::uint32_t kMostThreads = 1024;
         if (desc->threads > kMostThreads)
             return invalid("splat_prior_model_desc.threads is %u, expected at most %u",
@@ -117,7 +157,8 @@ splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
         SPLAT_ASSIGN(object->model,
                      prior_models::PriorModel::create(
                          {text_or_empty(desc->preset), text_or_empty(desc->model_path),
-                          text_or_empty(desc->runtime_path), desc->threads}));
+                          text_or_empty(desc->runtime_path), desc->threads, desc->tokens,
+                          weights_on(given.device)}));
         return object;
     });
 }
@@ -134,8 +175,8 @@ splat_result splat_prior_model_get_info(splat_prior_model model, splat_prior_mod
         filled.preset = preset.name.c_str();
         filled.licence = preset.licence.c_str();
         filled.note = preset.note.c_str();
-        filled.path = object->model->session().path().c_str();
-        filled.runtime_version = object->model->session().runtime().version().c_str();
+        filled.path = object->model->network().path().c_str();
+        filled.runtime_version = object->model->network().runtime_version().c_str();
         api::give(filled, info);
         return {};
     });
@@ -143,10 +184,15 @@ splat_result splat_prior_model_get_info(splat_prior_model model, splat_prior_mod
 
 splat_result splat_prior_model_run(splat_prior_model model, const splat_image* pictures,
                                    const splat_prior_maps* maps, uint32_t count) {
+    return api::guarded(
+        [&]() -> Status { return run_handle(model, pictures, maps, nullptr, count); });
+}
+
+splat_result splat_prior_model_run_focal(splat_prior_model model, const splat_image* pictures,
+                                         const splat_prior_maps* maps, double* focals,
+                                         uint32_t count) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(pictures, "pictures", maps, "maps"));
-        if (count == 0) return invalid("count is 0, expected at least 1");
-        SPLAT_ASSIGN(const auto object, api::find(model));
-        return run_model(*object, {pictures, count}, {maps, count});
+        SPLAT_TRY(api::require(focals, "focals"));
+        return run_handle(model, pictures, maps, focals, count);
     });
 }

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/checked_math.h"
+#include "core/json_writer.h"
 #include "io/reader.h"
 #include "io/torch/pth_archive.h"
 
@@ -11,6 +12,8 @@ namespace splat::io {
 namespace {
 
 using Kind = PickleNode::Kind;
+
+constexpr const char* kModelConfig = "model_config";  ///< key of MoGe's configuration
 
 Status bad_pth(const std::string& problem) {
     return damaged("pth: %s", problem.c_str());
@@ -212,6 +215,73 @@ Status read_scalars(PthReader& reader, Metadata& metadata) {
     return {};
 }
 
+/// Plain values of a pickle as JSON: the configuration that a network was saved with. Errors: kFormat for values that
+/// JSON lacks, and beyond kMostValues, which also ends cycles.
+class ConfigWriter {
+  public:
+    explicit ConfigWriter(const Pickle& pickle) : pickle_(pickle) {}
+
+    Result<std::string> text(const PickleNode& root) {
+        SPLAT_TRY(write(root, 0));
+        return json_.text();
+    }
+
+  private:
+    static constexpr std::size_t kMostValues = 4096;
+    static constexpr int kMostDepth = 16;
+
+    Status write(const PickleNode& node, int depth) {
+        if (++values_ > kMostValues || depth > kMostDepth)
+            return bad_pth(
+                format("'model_config' has more than %zu values, or nests deeper than %d",
+                       kMostValues, kMostDepth));
+        switch (node.kind) {
+            case Kind::kNone:
+                json_.raw("null");
+                return {};
+            case Kind::kBool:
+                json_.value(node.integer != 0);
+                return {};
+            case Kind::kInt:
+                json_.value(node.integer);
+                return {};
+            case Kind::kFloat:
+                json_.value(node.real);
+                return {};
+            case Kind::kText:
+                json_.value(node.text);
+                return {};
+            case Kind::kList:
+            case Kind::kTuple:
+                json_.begin_array();
+                for (const std::uint32_t item : node.items)
+                    SPLAT_TRY(write(pickle_[item], depth + 1));
+                json_.end();
+                return {};
+            case Kind::kDict:
+                return write_dict(node, depth);
+            default:
+                return bad_pth(std::string("'model_config' holds ") + kind_name(node.kind));
+        }
+    }
+
+    Status write_dict(const PickleNode& node, int depth) {
+        json_.begin_object();
+        for (std::size_t i = 0; i < node.items.size(); i += 2) {
+            const PickleNode& key = pickle_[node.items[i]];
+            if (key.kind != Kind::kText) return bad_pth("a name in 'model_config' is not a text");
+            json_.key(key.text);
+            SPLAT_TRY(write(pickle_[node.items[i + 1]], depth + 1));
+        }
+        json_.end();
+        return {};
+    }
+
+    const Pickle& pickle_;
+    JsonWriter json_;
+    std::size_t values_ = 0;
+};
+
 Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
                                   const DecodeLimits& limits) {
     const Pickle& pickle = reader.pickle();
@@ -248,6 +318,10 @@ Result<WeightsFile> read_pth(const Source& source, const DecodeLimits& limits) {
         const PickleNode* inner = reader.pickle().find(*dict, section);
         if (inner == nullptr || inner->kind != Kind::kDict) continue;
         SPLAT_TRY(read_scalars(reader, file.metadata));
+        if (const PickleNode* config = reader.pickle().find(*dict, kModelConfig)) {
+            SPLAT_ASSIGN(std::string text, ConfigWriter(reader.pickle()).text(*config));
+            file.metadata.emplace_back(kModelConfig, std::move(text));
+        }
         dict = inner;
         break;
     }

@@ -184,7 +184,7 @@ std::set<std::string> promised() {
          at != std::sregex_iterator(); ++at)
         names.insert((*at)[1]);
     names.erase("splat_device_destroy");  // the next test
-    // Objects without a device, which ONNX Runtime's library makes: tests/interop.
+    // Objects that ONNX Runtime makes (tests/interop), or weights of a file (priors/weights_model_test.cpp).
     names.erase("splat_prior_model_destroy");
     names.erase("splat_prior_model_get_info");
     return names;

@@ -1,5 +1,8 @@
 // The rows of maps, their scores and models of priors, and of points.
 #include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <string>
 
 #include "api/misuse/misuse_table.h"
 
@@ -16,6 +19,13 @@ std::vector<float> g_broken = [] {
     return values;
 }();
 std::vector<float> g_twos(std::size_t{48} * 48, 2);
+
+/// Named like weights; what it holds is not read before the device is found.
+const std::string g_weights = [] {
+    std::string path = testing::TempDir() + "misuse_weights.pt";
+    std::ofstream(path) << "weights";
+    return path;
+}();
 
 template <class Change>
 splat_image changed(splat_image image, Change&& change) {
@@ -142,7 +152,14 @@ void MisuseTable::prior_model_rows() {
     invalid("JSON without members", kArgument, [](auto& d) { d.preset = "{}"; });
     invalid("JSON that ends early", kArgument, [](auto& d) { d.preset = "{"; });
     invalid("too many threads", kArgument, [](auto& d) { d.threads = UINT32_MAX; });
+    invalid("weights without a device", kArgument,
+            [](auto& d) { d.preset = "moge-2-vits-normal", d.model_path = g_weights.c_str(); });
+    invalid("a device that is none", kHandle, [](auto& d) {
+        d.preset = "moge-2-vits-normal", d.model_path = g_weights.c_str();
+        d.device = reinterpret_cast<splat_device>(std::uintptr_t{0x7777777});
+    });
     SPLAT_WRONG(splat_prior_model_run).each("count", "0", kArgument, 0U);
+    SPLAT_WRONG(splat_prior_model_run_focal).each("count", "0", kArgument, 0U);
 }
 
 }  // namespace splat::test

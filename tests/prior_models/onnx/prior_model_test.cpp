@@ -132,13 +132,14 @@ std::vector<double> map_ref(const Preset& preset, MapKind kind, const io::Image&
         // PointDepth holds the shift to cameras whose depth is known.
         const ref::Pixels points = sums_ref(input, test::kSamplePoints);
         const ref::Pixels mask = sums_ref(input, {&test::kSampleMask, 1});
-        OnnxTensor valid{
+        NetworkTensor valid{
             {1, static_cast<std::int64_t>(mask.height), static_cast<std::int64_t>(mask.width)}, {}};
         for (const double value : mask.values)
             valid.values.push_back(static_cast<float>(1 / (1 + std::exp(-value))));
         const Planes planes{
             {picture.width, picture.height}, 3, {points.values.begin(), points.values.end()}};
-        const Planes made = point_depth(planes, {nullptr, nullptr, &valid, 0}, "points").value();
+        const Planes made =
+            point_depth(planes, {nullptr, nullptr, &valid, 0}, "points").value().depth;
         depth.values.clear();
         for (const float value : made.values)
             depth.values.push_back(1 / static_cast<double>(value));

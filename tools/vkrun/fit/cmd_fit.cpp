@@ -15,6 +15,7 @@
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/fit/fit_report.h"
+#include "vkrun/fit/geometry_maps.h"
 #include "vkrun/fit/object.h"
 #include "vkrun/fit/unposed.h"
 #include "vkrun/scene/scene_file.h"
@@ -36,7 +37,8 @@ sharpest frames are taken (docs/fit-photographs.md). --object leaves out what is
 Maps of --depth and --normals are named like the photographs (NAME.png, .npy or .pfm), of their stored size, and
 needed for those that are fitted: 'vkrun priors depth photos/images --out photos' makes photos/depth. Depth is relative
 and larger is nearer, or with --set depth_is_distance=true distances, 0 where not known. It is aligned with the points
-in each view. --init depth begins with points on the depth maps as well.
+in each view. --init depth begins with points on the depth maps as well. --geometry makes both of what lacks in OUT,
+and begins with depth unless --init says otherwise.
 
 OUT holds scene.ply, report.html, which is renewed at validations, loads itself again and turns the scene at the end,
 config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard (tb/), pictures of held-out photographs
@@ -56,11 +58,12 @@ Examples:
   vkrun fit photos --out run --seconds 240 --downscale 2
   vkrun fit walk_around.mp4 --out run --object
   vkrun fit photos --out run --depth photos/depth --normals photos/normal --init depth
+  vkrun fit photos --out run --geometry moge-2-vits-normal
   vkrun view run/scene.ply
 )";
 
 struct FitOptions : FitInput {
-    std::string depth, normals, init;
+    std::string depth, normals, init, geometry;
     std::vector<std::string> refine, values, scenes;
     std::uint64_t steps = 0, seed = 0, memory = 0;
     double seconds = 0;
@@ -123,6 +126,19 @@ void save_scene(const FitOptions& options, splat_scene scene) {
         check(splat_scene_save(scene, file.c_str(), nullptr), kFailed);
 }
 
+/// Makes the maps of --geometry. Those that are given by hand are not replaced.
+void add_geometry(FitOptions& options) {
+    if (options.geometry.empty() || options.resume) return;
+    const GeometryMaps maps = make_geometry_maps(options.geometry, photos_of(options.data),
+                                                 options.out, options.device, options.overwrite);
+    if (options.depth.empty()) {
+        options.depth = maps.depth;
+        options.values.emplace_back("depth_is_distance=true");
+    }
+    if (options.normals.empty()) options.normals = maps.normals;
+    if (options.init.empty()) options.init = "depth";
+}
+
 int fit(FitOptions& options) {
     if (options.resume && options.overwrite)
         throw Failure(kUsageError, "--resume and --overwrite exclude each other");
@@ -131,6 +147,7 @@ int fit(FitOptions& options) {
     check_scene_files(options);
     const Device device = open_device(device_desc(options.device));
     prepare_input(options);
+    add_geometry(options);
     catch_run_signals();
     const Run run = open_fit(device.get(), options);
     std::error_code none;
@@ -212,6 +229,12 @@ void add_fit(CLI::App& app, int& exit_code) {
         ->type_name("DIR");
     command->add_option("--normals", f.normals, "Folder of normals, named like the photographs")
         ->type_name("DIR");
+    command
+        ->add_option(
+            "--geometry", f.geometry,
+            "Make both by a network in one pass, and begin with its points: a preset such\n"
+            "as moge-2-vits-normal, or a file (weights of MoGe-2)")
+        ->type_name("NAME");
     command
         ->add_option("--init", f.init,
                      "Begin with points, depth, random ones, or a scene's file; default: points")

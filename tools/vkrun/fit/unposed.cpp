@@ -361,6 +361,10 @@ bool is_begun(FitInput& input, const Record& record) {
 
 }  // namespace
 
+std::string photos_of(const std::string& data) {
+    return os::text_of(photos_of(os::path_of(data)));
+}
+
 void prepare_input(FitInput& input) {
     Record record(input.out);
     if (is_begun(input, record) || input.data.empty()) return;

@@ -15,6 +15,9 @@ struct FitInput {
     bool object = false, resume = false, overwrite = false;
 };
 
+/// The folder of the photographs of DATA: images/ if it has some, else DATA.
+std::string photos_of(const std::string& data);
+
 /// Make what a fit of photographs without cameras, or of a video, needs, and the masks of --object. In OUT, the first
 /// of it last:
 ///

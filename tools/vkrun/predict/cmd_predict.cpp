@@ -26,7 +26,9 @@ where' whose file is there), or by its difference from the colour of the border,
 picture in which none of these finds an object is taken whole, with a warning. Instead of a picture, --data and
 --object take an object of a data set, and the prediction is compared with its images.
 
-Networks with focal lengths of their own (data.fov 0) take that of the picture's Exif data, or --focal.
+Networks with focal lengths of their own (data.fov 0) take that of the picture's Exif data, or --focal. What lacks of
+depth, normals, focal length and mask comes from one pass of --geometry, else of a preset moge-2-... of 'vkrun priors
+where' whose file is there; the output says what came from it.
 
 OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), sheet.png and report.html,
 which holds all pictures and facts, and in which the scene turns; those of an earlier run are replaced. Gaussians
@@ -85,6 +87,8 @@ void check_options(const CLI::App& command, const PredictionOptions& options) {
     if (options.whole && options.foreground)
         throw Failure(kUsageError, "--foreground has no effect with --whole: nothing is cut out");
     const bool by_network = !options.mask_model.empty() || !options.mask_preset.empty();
+    if (!options.geometry.empty() && !options.data.empty())
+        throw Failure(kUsageError, "--geometry goes with a picture, not with --data");
     if (by_network && (!options.mask.empty() || options.whole || !options.data.empty()))
         throw Failure(
             kUsageError,
@@ -117,6 +121,12 @@ void check_targets(const PredictionOptions& o) {
     }
 }
 
+std::string joined_words(const Json& words) {
+    std::string all;
+    for (const Json& word : words) all += (all.empty() ? "" : ", ") + word.get<std::string>();
+    return all;
+}
+
 int predict(const CLI::App& command, const PredictionOptions& options, bool json) {
     check_options(command, options);
     check_no_run(options.out, "predicted");
@@ -135,6 +145,10 @@ int predict(const CLI::App& command, const PredictionOptions& options, bool json
         print_json(result);
         return kSuccess;
     }
+    const Json photo = result.value("photo", Json::object());
+    if (photo.contains("geometry"))
+        std::printf("%s by %s\n", joined_words(photo.at("geometry").at("used")).c_str(),
+                    photo.at("geometry").at("preset").get<std::string>().c_str());
     std::printf("weights trained for %s\n", result.at("trained_for").get<std::string>().c_str());
     std::printf(
         "%u Gaussians (%u faint and %u not finite ones were left out) in %.0f ms; %u images "
@@ -220,6 +234,11 @@ void add_predict(CLI::App& app, int& exit_code) {
         ->add_option("--mask-model", o.mask_model,
                      "File of that model (ONNX); default: SPLAT_MASK_MODEL, else the preset's")
         ->type_name("FILE");
+    command
+        ->add_option("--geometry", o.geometry,
+                     "Network that makes depth, normals, mask and focal length in one pass, where\n"
+                     "they lack: a preset, or a file (weights of MoGe-2); default: one at hand")
+        ->type_name("NAME");
     command->add_flag("--whole", o.whole,
                       "Use the central square instead of cutting out the object");
     command->add_option("--foreground", o.foreground, "Share of the square that the object fills")

@@ -15,17 +15,12 @@
 namespace vkrun {
 namespace {
 
-bool found_by_alpha(const splat_image& picture) {
-    std::vector<std::uint8_t> bytes(std::size_t{picture.width} * picture.height);
-    const splat_image mask = bytes_image(bytes.data(), picture.width, picture.height, 1);
-    splat_found found = 0;
-    check(splat_picture_mask(&picture, &mask, &found));
-    return found == SPLAT_FOUND_BY_ALPHA;
-}
-
 void run_network(const std::string& model, const std::string& preset, const LoadedPicture& picture,
                  NetworkMask& mask) {
-    const PriorModel loaded = load_prior_model(model, preset, "", 0, false);
+    ModelSource source;
+    source.model = model;
+    source.preset = preset;
+    const PriorModel loaded = load_prior_model(source);
     auto info = sized<splat_prior_model_info>();
     check(splat_prior_model_get_info(loaded.get(), &info));
     mask.bytes.resize(std::size_t{picture.image.width} * picture.image.height);
@@ -37,7 +32,16 @@ void run_network(const std::string& model, const std::string& preset, const Load
     mask.image = maps.mask;
 }
 
-/// Leaves out a mask of nothing or of everything, by the bounds that the library has for the border's.
+}  // namespace
+
+bool found_by_alpha(const splat_image& picture) {
+    std::vector<std::uint8_t> bytes(std::size_t{picture.width} * picture.height);
+    const splat_image mask = bytes_image(bytes.data(), picture.width, picture.height, 1);
+    splat_found found = 0;
+    check(splat_picture_mask(&picture, &mask, &found));
+    return found == SPLAT_FOUND_BY_ALPHA;
+}
+
 void drop_without_object(NetworkMask& mask) {
     constexpr double kLeastMask = 0.01, kMostMask = 0.95;
     const auto inside = std::count_if(mask.bytes.begin(), mask.bytes.end(),
@@ -51,8 +55,6 @@ void drop_without_object(NetworkMask& mask) {
         mask.preset.c_str(), 100 * part);
     mask = std::move(none);
 }
-
-}  // namespace
 
 std::string mask_preset_at_hand() {
     for (const std::string& name : preset_names()) {

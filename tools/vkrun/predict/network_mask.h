@@ -18,6 +18,12 @@ struct NetworkMask {
     std::string warning;  ///< why a network at hand gave none; may be empty
 };
 
+/// The picture's alpha marks an object.
+bool found_by_alpha(const splat_image& picture);
+
+/// Leave out a mask of nothing or of everything, by the bounds that the library has for the border's, with a warning.
+void drop_without_object(NetworkMask& mask);
+
 /// The first preset that makes nothing but masks and whose model is there; "" for none. Masks of models that also make
 /// depth show where a depth is valid, not the object.
 std::string mask_preset_at_hand();

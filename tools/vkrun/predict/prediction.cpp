@@ -18,9 +18,11 @@
 #include "vkrun/data/open_data.h"
 #include "vkrun/eval/object_views.h"
 #include "vkrun/predict/drawing.h"
+#include "vkrun/predict/geometry.h"
 #include "vkrun/predict/network_mask.h"
 #include "vkrun/predict/predicted_scene.h"
 #include "vkrun/predict/prediction_report.h"
+#include "vkrun/priors/map_maker.h"
 #include "vkrun/weights/builtin_weights.h"
 
 namespace vkrun {
@@ -101,7 +103,16 @@ std::vector<float> vector_of(const std::string& path, const char* option) {
     return {values, values + length};
 }
 
-Predicted read_photo(const PredictionOptions& options, const Network& network) {
+/// Geometry of the picture where something is needed that the options lack; no_mask: nothing has marked the object.
+PictureGeometry geometry_of(const PredictionOptions& options, const splat_predictor_info& info,
+                            splat_device device, const NetworkMask& mask) {
+    const bool no_mask = options.mask.empty() && !options.whole && mask.image.pixels == nullptr &&
+                         !found_by_alpha(load_picture(options.images[0]).image);
+    return picture_geometry(options, info, device, no_mask);
+}
+
+Predicted read_photo(const PredictionOptions& options, splat_device device,
+                     const Network& network) {
     const splat_predictor_info& info = network.info;
     if (info.origin_distance != 0 && !options.origin_distance)
         throw Failure(kUsageError,
@@ -110,10 +121,17 @@ Predicted read_photo(const PredictionOptions& options, const Network& network) {
     if (info.origin_distance == 0 && options.origin_distance)
         throw Failure(kUsageError, "--origin-distance: the network takes none");
     const bool depth = info.depth != 0, normal = info.normal != 0;
-    if (depth != !options.depth.empty() || normal != !options.normal.empty())
+    const bool one = info.views == 1;  // several views are whole pictures around an object
+    NetworkMask mask = one ? network_mask(options) : NetworkMask();
+    const PictureGeometry geometry =
+        one ? geometry_of(options, info, device, mask) : PictureGeometry();
+    const bool has_depth = !options.depth.empty() || geometry.depth.pixels != nullptr;
+    const bool has_normal = !options.normal.empty() || geometry.normal.pixels != nullptr;
+    if (depth != has_depth || normal != has_normal)
         throw Failure(kUsageError, std::string("the network takes ") + (depth ? "" : "no ") +
                                        "depth and " + (normal ? "" : "no ") +
-                                       "normal map: give --depth and --normal to match");
+                                       "normal map: give --depth and --normal to match, or "
+                                       "--geometry");
     Predicted task;
     task.name = splat::os::text_of(splat::os::path_of(options.images[0]).stem());
     std::vector<splat_picture> pictures;
@@ -129,8 +147,12 @@ Predicted read_photo(const PredictionOptions& options, const Network& network) {
     picture.embedding_count = embedding.size();
     picture.tokens = options.tokens.empty() ? nullptr : tokens.data();
     picture.token_count = tokens.size();
-    const NetworkMask mask = info.views > 1 ? NetworkMask() : network_mask(options);
+    if (!geometry.preset.empty() && mask.image.pixels == nullptr && mask.warning.empty())
+        mask = geometry.mask;
     picture.mask.pixels = mask.image;
+    picture.depth.pixels = geometry.depth;
+    picture.normal.pixels = geometry.normal;
+    if (geometry.focal > 0) picture.focal = geometry.focal;
     Facts facts(info, info.views);
     check_data(splat_predictor_predict(network.predictor.get(), pictures.data(),
                                        static_cast<std::uint32_t>(pictures.size()),
@@ -141,6 +163,8 @@ Predicted read_photo(const PredictionOptions& options, const Network& network) {
         task.photo[key] = found.at(key);
     if (!mask.preset.empty()) task.photo["mask"] = "network " + mask.preset;
     if (!mask.warning.empty()) task.warnings.push_back(mask.warning);
+    if (!geometry.used.empty())
+        task.photo["geometry"] = {{"preset", geometry.preset}, {"used", geometry.used}};
     if (found.at("mask") == "nothing" && !options.whole && info.views == 1 && mask.warning.empty())
         task.warnings.emplace_back(
             "no mask model is at hand that cuts objects out: 'vkrun priors where' lists some; or "
@@ -328,7 +352,7 @@ Json run_prediction(const PredictionOptions& given, splat_device device, const N
     if (network.info.whole != 0 && given.data.empty() && !by_network) options.whole = true;
     const NetworkFiles& files = network.files;
     const Predicted task =
-        options.data.empty() ? read_photo(options, network) : read_object(options, network);
+        options.data.empty() ? read_photo(options, device, network) : read_object(options, network);
     for (const std::string& warning : task.warnings)
         std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
     const std::string note = built_in_note(options, files);

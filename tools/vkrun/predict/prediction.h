@@ -15,6 +15,7 @@ struct PredictionOptions {
     std::string mask, depth, normal;
     std::string embedding, tokens;        ///< files of one array
     std::string mask_model, mask_preset;  ///< network that makes the mask; may be empty
+    std::string geometry;                 ///< preset or file of a network of geometry; may be empty
     std::string data, split = "test";
     std::uint32_t object = 0;
     std::string weights, config, adapters;

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "vkrun/cli/command.h"
+#include "vkrun/cli/device.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/text.h"
@@ -24,7 +25,8 @@ set itself.
 
 constexpr const char* kModelText =
     R"(--preset names a kind of model, whose file is looked for in the folder that 'vkrun priors where NAME' prints;
---model names the file. The maps have the size of their pictures.
+--model names the file. The maps have the size of their pictures. ONNX Runtime runs .onnx files; weights of MoGe-2
+(.pt, .safetensors) run on --device, and need no such library. --all writes the maps of one pass.
 
 )";
 
@@ -87,7 +89,7 @@ struct MapText {
 constexpr MapText kMapTexts[] = {
     {"depth", "Make depth maps of pictures.", kDepthText, "depth (one channel)",
      R"(  vkrun priors depth data/srn_cars --out data/srn_cars --preset midas-dpt-large --shard 0/4
-  vkrun priors depth photo.jpg --out maps --preset moge-2-vits --model moge.onnx --all
+  vkrun priors depth photo.jpg --out maps --preset moge-2-vits-normal --tokens 1200 --all
 )"},
     {"normal", "Make normal maps of pictures.", kNormalText, "normals (three channels)",
      R"(  vkrun priors normal photos --out maps --preset moge-2-vits
@@ -146,9 +148,17 @@ void add_model_options(CLI::App& command, MapOptions& o) {
     command
         .add_option("--preset", o.preset, "Kind of model: a name, or JSON of your own; edges: none")
         ->type_name("NAME");
-    command.add_option("--model", o.model, "File of the model (ONNX); default: that of the preset")
+    command
+        .add_option("--model", o.model,
+                    "File of the model (ONNX, or weights of MoGe-2); default: that of the preset")
         ->type_name("FILE");
     command.add_option("--runtime", o.runtime, "Library of ONNX Runtime")->type_name("FILE");
+    command
+        .add_option("--tokens", o.tokens,
+                    "Patches of a picture, for presets of MoGe-2; default: the preset's")
+        ->type_name("N")
+        ->check(CLI::Range(1, 65535).description(""));
+    add_device_option(command, o.device);
     command.add_flag("--all", o.all, "Write every map that the model makes in the same pass");
 }
 

@@ -5,12 +5,14 @@
 #include <iterator>
 
 #include "core/os/path.h"
+#include "vkrun/cli/device.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/progress.h"
 #include "vkrun/cli/stopwatch.h"
 #include "vkrun/cli/text.h"
+#include "vkrun/priors/preset_list.h"
 
 namespace vkrun {
 namespace {
@@ -29,6 +31,15 @@ struct MapKind {
 constexpr MapKind kMapKinds[] = {{"depth", SPLAT_DATA_DEPTH, 1, &splat_prior_maps::depth},
                                  {"normal", SPLAT_DATA_NORMAL, 3, &splat_prior_maps::normal},
                                  {"mask", SPLAT_DATA_MASK, 1, &splat_prior_maps::mask}};
+
+/// The model is a file of weights, by its name.
+bool holds_weights(const ModelSource& source) {
+    std::string path = source.model;
+    if (path.empty() && source.preset.find('{') == std::string::npos)
+        path = preset_json(source.preset).at("path").get<std::string>();
+    const std::string extension = os::text_of(os::path_of(path).extension());
+    return extension == ".pt" || extension == ".pth" || extension == ".safetensors";
+}
 
 /// One run of vkrun priors.
 struct MapRun {
@@ -263,8 +274,9 @@ void choose_maps(MapRun& run) {
                           "name a model with --preset or --model; 'vkrun priors where' "
                           "lists the presets");
     } else {
-        run.model = load_prior_model(options.model, options.preset, options.runtime,
-                                     options.threads, options.format == "npy");
+        run.model =
+            load_prior_model({options.model, options.preset, options.runtime, options.threads,
+                              options.tokens, options.format == "npy", options.device});
         auto info = sized<splat_prior_model_info>();
         check(splat_prior_model_get_info(run.model.get(), &info));
         run.report.preset = info.preset;
@@ -294,17 +306,23 @@ LoadedPicture load_picture(const std::string& path) {
     return loaded;
 }
 
-PriorModel load_prior_model(const std::string& model, const std::string& preset,
-                            const std::string& runtime, std::uint32_t threads, bool numbers) {
+PriorModel load_prior_model(const ModelSource& source) {
     const auto text = [](const std::string& value) {
         return value.empty() ? nullptr : value.c_str();
     };
     auto desc = sized<splat_prior_model_desc>();
-    desc.preset = text(preset);
-    desc.model_path = text(model);
-    desc.runtime_path = text(runtime);
-    desc.threads = threads;
-    if (numbers) desc.flags |= SPLAT_PRIOR_MODEL_NUMBERS;
+    desc.preset = text(source.preset);
+    desc.model_path = text(source.model);
+    desc.runtime_path = text(source.runtime);
+    desc.threads = source.threads;
+    desc.tokens = source.tokens;
+    desc.device = source.on;
+    if (source.numbers) desc.flags |= SPLAT_PRIOR_MODEL_NUMBERS;
+    Device own;  // the model keeps it open
+    if (source.on == nullptr && holds_weights(source)) {
+        own = open_device(device_desc(source.device));
+        desc.device = own.get();
+    }
     PriorModel loaded;
     const splat_result result = splat_prior_model_create(&desc, loaded.out());
     check(result, result == SPLAT_ERROR_INVALID_ARGUMENT ? kUsageError : kBadData);

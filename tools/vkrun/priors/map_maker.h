@@ -19,7 +19,8 @@ struct MapOptions {
     std::string format = "png";  ///< "png", "png16", "npy"
     std::string shard;
     std::uint32_t batch = 4;
-    std::uint32_t threads = 0;
+    std::uint32_t threads = 0, tokens = 0;
+    std::string device = "best";  ///< of models that are weights
     DepthOptions depth;  ///< normals without a model, edges of depth maps
     EdgeOptions edges;
     bool all = false;  ///< every map that the model makes
@@ -41,9 +42,17 @@ struct LoadedPicture {
 };
 LoadedPicture load_picture(const std::string& path);
 
-/// Load a model. Throws a Failure: of usage for a preset, of bad data for the rest.
-PriorModel load_prior_model(const std::string& model, const std::string& preset,
-                            const std::string& runtime, std::uint32_t threads, bool numbers);
+/// A model to load; empty texts and 0 are defaults.
+struct ModelSource {
+    std::string model, preset, runtime;
+    std::uint32_t threads = 0, tokens = 0;
+    bool numbers = false;         ///< SPLAT_PRIOR_MODEL_NUMBERS
+    std::string device = "best";  ///< of weights, if `on` is none
+    splat_device on = nullptr;
+};
+
+/// Load a model; weights by a device. Throws a Failure: of usage for a preset, of bad data for the rest.
+PriorModel load_prior_model(const ModelSource& source);
 
 /// Make the maps of all pictures, or of those that lack one. Pictures that cannot be read, or have no object, are named
 /// on standard error and counted. Throws a Failure for other errors.

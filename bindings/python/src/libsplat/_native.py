@@ -1708,10 +1708,11 @@ class splat_fit_desc(Structure):
 
 class splat_prior_model_desc(Structure):
     struct_size: int; flags: int; next: Any; preset: Any; model_path: Any; runtime_path: Any; threads: int
-    reserved: int
+    tokens: int; device: Any
     _fields_ = [
         ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("preset", c_char_p),
-        ("model_path", c_char_p), ("runtime_path", c_char_p), ("threads", c_uint32), ("reserved", c_uint32),
+        ("model_path", c_char_p), ("runtime_path", c_char_p), ("threads", c_uint32), ("tokens", c_uint32),
+        ("device", c_void_p),
     ]
 
 
@@ -2164,9 +2165,9 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("downscale", 72, 4), ("test_every", 76, 4), ("cameras", 80, 4), ("reserved", 84, 4), ("depth", 88, 8),
         ("normals", 96, 8), ("init", 104, 8), ("memory_bytes", 112, 8), ("values", 120, 8), ("value_count", 128, 8),
     )),
-    "splat_prior_model_desc": (splat_prior_model_desc, False, 48, (
+    "splat_prior_model_desc": (splat_prior_model_desc, False, 56, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("preset", 16, 8), ("model_path", 24, 8),
-        ("runtime_path", 32, 8), ("threads", 40, 4), ("reserved", 44, 4),
+        ("runtime_path", 32, 8), ("threads", 40, 4), ("tokens", 44, 4), ("device", 48, 8),
     )),
     "splat_prior_model_info": (splat_prior_model_info, False, 56, (
         ("struct_size", 0, 4), ("maps", 4, 4), ("width", 8, 4), ("height", 12, 4), ("preset", 16, 8),
@@ -2447,6 +2448,8 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_prior_model_create", c_int32, (POINTER(splat_prior_model_desc), POINTER(c_void_p))),
     ("splat_prior_model_get_info", c_int32, (c_void_p, POINTER(splat_prior_model_info))),
     ("splat_prior_model_run", c_int32, (c_void_p, POINTER(splat_image), POINTER(splat_prior_maps), c_uint32)),
+    ("splat_prior_model_run_focal", c_int32, (c_void_p, POINTER(splat_image), POINTER(splat_prior_maps), c_void_p,
+        c_uint32)),
     ("splat_prior_model_destroy", c_int32, (c_void_p,)),
     ("splat_picture_mask", c_int32, (POINTER(splat_image), POINTER(splat_image), POINTER(c_int32))),
     ("splat_normals_from_depth", c_int32, (POINTER(splat_image), POINTER(splat_normals_desc), POINTER(splat_image))),

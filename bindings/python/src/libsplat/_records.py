@@ -698,7 +698,7 @@ class PriorModelInfo(Record):
     licence          licence of the model: show it to the user
     note             what to know of the model
     path             file of the model
-    runtime_version  version of ONNX Runtime, such as '1.30.0'
+    runtime_version  version of ONNX Runtime, such as '1.30.0'; '': runs on a device
     """
 
     maps: _native.DataFlags

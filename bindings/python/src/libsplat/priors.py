@@ -3,7 +3,8 @@
 Maps are pixels [height,width] or [height,width,3], or an `Image`: uint8 (0 to 255 stand for 0 to
 1), float16 or float32. Numbers that are not finite are refused, unless a mask leaves them out.
 """
-from ctypes import byref, c_int32, c_uint64, sizeof
+from contextlib import suppress
+from ctypes import byref, c_double, c_int32, c_uint64, sizeof
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from . import _native
 from ._arrays import ArrayLike, Floats, address, image_struct, pixel_array
-from ._errors import InvalidArgument, check, direct
+from ._errors import InvalidArgument, NotFound, check, direct
 from ._handle import Handle, made
 from ._library import lib
 from ._records import (DepthScores, FidelityScores, MaskScores, NormalScores,
@@ -19,7 +20,7 @@ from ._records import (DepthScores, FidelityScores, MaskScores, NormalScores,
 from ._text import (PathLike, choice, encoded, flags_of, json_from, json_of, path_of,
                     text_from)
 from .camera import Camera
-from .device import whole
+from .device import Device, default_device, whole
 
 
 def _map(data: ArrayLike, what: str) -> _native.splat_image:
@@ -176,13 +177,23 @@ def prior_preset(name: str) -> Dict[str, Any]:
     return dict(json_from(lib.splat_prior_preset, encoded(name, "name"))["preset"])
 
 
+def _holds_weights(preset: Any, model: Optional[PathLike]) -> bool:
+    """A model by its name, or that of a preset of the library's, is a file of weights."""
+    if model is None and isinstance(preset, str) and "{" not in preset:
+        with suppress(NotFound):
+            model = json_from(lib.splat_prior_preset, encoded(preset, "preset"))["path"]
+    return str(model).endswith((".pt", ".pth", ".safetensors"))
+
+
 class PriorModel(Handle):
-    """A network that makes maps of pictures, an ONNX file that ONNX Runtime runs.
+    """A network that makes maps of pictures: an ONNX file that ONNX Runtime runs, or weights of MoGe-2.
 
     preset   a name of `prior_presets`, or a dict or JSON of one's own; None: by the name of the file
     model    the file; None: the preset's, in the folder of models
     runtime  the library of ONNX Runtime; None: where the library looks for it
     threads  of one run; 0: one per core
+    device   of weights; None: the default device
+    tokens   patches of a picture, for presets that have them; 0: the preset's
     numbers  float maps have the model's own numbers, not 0 to 1
     Raises NotFound (a file, ONNX Runtime), FormatError (a model of another interface).
     """
@@ -192,11 +203,17 @@ class PriorModel(Handle):
 
     def __init__(self, preset: Union[None, str, "dict[str, Any]"] = None,
                  model: Optional[PathLike] = None, *, runtime: Optional[PathLike] = None,
-                 threads: int = 0, numbers: bool = False) -> None:
+                 threads: int = 0, device: Optional[Device] = None, tokens: int = 0,
+                 numbers: bool = False) -> None:
         desc = _native.splat_prior_model_desc(struct_size=sizeof(_native.splat_prior_model_desc))
         desc.flags = flags_of((numbers, _native.PriorModelFlags.NUMBERS))
         desc.preset, desc.model_path = json_of(preset, "preset"), path_of(model, "model")
         desc.runtime_path, desc.threads = path_of(runtime, "runtime"), whole(threads, "threads")
+        desc.tokens = whole(tokens, "tokens")
+        if device is None and _holds_weights(preset, model):
+            device = default_device()
+        if device is not None:
+            desc.device = device.handle
         self._own(made("prior_model", direct, lib.splat_prior_model_create, byref(desc)))
 
     @property
@@ -215,6 +232,16 @@ class PriorModel(Handle):
         maps   the names; None: all that the model makes
         dtype  uint8, float16 or float32
         """
+        return self._run(picture, maps, dtype, None)
+
+    def run_focal(self, picture: ArrayLike, maps: Optional[Sequence[str]] = None,
+                  dtype: Any = np.uint8) -> Tuple[Dict[str, NDArray[Any]], float]:
+        """The same, and the focal length of the picture's camera, pixels; 0 if the model does not tell it."""
+        focal = c_double()
+        return self._run(picture, maps, dtype, focal), focal.value
+
+    def _run(self, picture: ArrayLike, maps: Optional[Sequence[str]], dtype: Any,
+             focal: Optional[c_double]) -> Dict[str, NDArray[Any]]:
         array = pixel_array(picture, "picture")
         flags = self.info.maps
         names = [name for name in MAPS if flags & MAPS[name][1]] if maps is None else list(maps)
@@ -227,5 +254,9 @@ class PriorModel(Handle):
             found[name] = np.zeros(shape, dtype)
             setattr(raw, name, image_struct(pixel_array(found[name], name)))
         image = image_struct(array)
-        check(lib.splat_prior_model_run(self.handle, byref(image), byref(raw), 1))
+        if focal is None:
+            check(lib.splat_prior_model_run(self.handle, byref(image), byref(raw), 1))
+        else:
+            check(lib.splat_prior_model_run_focal(self.handle, byref(image), byref(raw),
+                                                  byref(focal), 1))
         return found

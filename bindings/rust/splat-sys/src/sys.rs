@@ -1789,13 +1789,17 @@ pub struct splat_prior_model_desc {
     /** NULL */ pub next: *const c_void,
     /// name, or JSON text of a preset of the caller's own; NULL: the one whose file has the name of model_path
     pub preset: *const c_char,
-    /// ONNX file; NULL: the preset's, in $SPLAT_PRIORS_DIR, else libsplat/priors/ of the user's data folder
+    /// ONNX file, or weights of MoGe-2 (.safetensors, .pt); NULL: the preset's, in $SPLAT_PRIORS_DIR, else
+    /// libsplat/priors/ of the user's data folder, where it may have either form
     pub model_path: *const c_char,
     /// library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1 beside
     /// libsplat or where the system's loader looks
     pub runtime_path: *const c_char,
-    /** threads of one run; 0: one per core */ pub threads: u32,
-    pub reserved: u32,
+    /** threads of one run by ONNX Runtime; 0: one per core */ pub threads: u32,
+    /// patches that a model whose preset has "tokens" divides a picture into, about; 0: the preset's. MoGe-2 was
+    /// trained with 1200 to 3600: fewer are faster
+    pub tokens: u32,
+    /** device that runs weights; NULL for an ONNX file */ pub device: splat_device,
 }
 
 /// What a model makes, and where it comes from.
@@ -1809,7 +1813,7 @@ pub struct splat_prior_model_info {
     /** licence of the model: show it to the user */ pub licence: *const c_char,
     /** what to know of the model */ pub note: *const c_char,
     /** file of the model */ pub path: *const c_char,
-    /** version of ONNX Runtime, such as "1.30.0" */ pub runtime_version: *const c_char,
+    /** version of ONNX Runtime, such as "1.30.0"; "": runs on a device */ pub runtime_version: *const c_char,
 }
 
 /// Where the maps of a picture go; all of the picture's size. Frozen. Those without pixels are not wanted. U8 maps
@@ -4033,13 +4037,18 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Load a model.
-    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT  desc; neither preset nor model_path; a member of a preset's JSON
+    /// Load a model. All tensors of weights are checked before the device is used; the model keeps its
+    /// device open.
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
+    ///   SPLAT_ERROR_INVALID_HANDLE (device), or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT  desc; neither preset nor model_path; a member of a preset's JSON;
+    ///                                 weights without a device; tokens where the preset has none
     ///   SPLAT_ERROR_NOT_FOUND         a preset, the model, ONNX Runtime; the message says how to get it
-    ///   SPLAT_ERROR_UNSUPPORTED       a library that is no ONNX Runtime of version 1.11 or later
+    ///   SPLAT_ERROR_UNSUPPORTED       a library that is no ONNX Runtime of version 1.11 or later; a .pt
+    ///                                 with code in it, which is never run
     ///   SPLAT_ERROR_FORMAT            no ONNX file, a damaged one, or one with other inputs or outputs
-    ///                                 than the preset's
+    ///                                 than the preset's; weights of another network (the message says
+    ///                                 which they look like), missing or further tensors
     /// ```
     pub fn splat_prior_model_create(
         desc: *const splat_prior_model_desc, model: *mut splat_prior_model
@@ -4060,10 +4069,24 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH    a map of another size or other channels
     ///   SPLAT_ERROR_UNSUPPORTED       a picture that is too wide or too high for the preset
     ///   SPLAT_ERROR_FORMAT            the model cannot run, or gives an output of another shape
+    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY  weights on a device: too many tokens
     ///   SPLAT_ERROR_INVALID_STATE     its output is not finite; the handle is of a forked process
     /// ```
     pub fn splat_prior_model_run(
         model: splat_prior_model, pictures: *const splat_image, maps: *const splat_prior_maps, count: u32
+    ) -> splat_result;
+
+    /// ```text
+    /// Make maps of pictures, as splat_prior_model_run(), and find the focal lengths of their cameras.
+    /// maps      as there, but with focals none need be wanted
+    /// focals    out, `count`, pixels in both directions; of models whose depth are points (MoGe-2), for the
+    ///           pinhole camera that sees them best, 60 degrees across the width where no camera does; 0 of
+    ///           others
+    /// Returns as splat_prior_model_run()
+    /// ```
+    pub fn splat_prior_model_run_focal(
+        model: splat_prior_model, pictures: *const splat_image, maps: *const splat_prior_maps, focals: *mut f64,
+        count: u32
     ) -> splat_result;
 
     /// Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
@@ -4568,8 +4591,8 @@ mod tests {
         32, 8; steps: 40, 8; seconds: 48, 8; seed: 56, 8; max_gaussians: 64, 4; sh_bands: 68, 4; downscale: 72, 4;
         test_every: 76, 4; cameras: 80, 4; reserved: 84, 4; depth: 88, 8; normals: 96, 8; init: 104, 8; memory_bytes:
         112, 8; values: 120, 8; value_count: 128, 8;);
-        layout!(splat_prior_model_desc, 48, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; preset: 16, 8; model_path:
-        24, 8; runtime_path: 32, 8; threads: 40, 4; reserved: 44, 4;);
+        layout!(splat_prior_model_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; preset: 16, 8; model_path:
+        24, 8; runtime_path: 32, 8; threads: 40, 4; tokens: 44, 4; device: 48, 8;);
         layout!(splat_prior_model_info, 56, 8, struct_size: 0, 4; maps: 4, 4; width: 8, 4; height: 12, 4; preset: 16,
         8; licence: 24, 8; note: 32, 8; path: 40, 8; runtime_version: 48, 8;);
         layout!(splat_prior_maps, 168, 8, depth: 0, 56; normal: 56, 56; mask: 112, 56;);

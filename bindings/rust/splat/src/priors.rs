@@ -1,5 +1,6 @@
 //! Depth, normals and masks of pictures.
 
+use crate::device::Device;
 use crate::error::{call, Result};
 use crate::image::{ImageView, ImageViewMut};
 use crate::object::object;
@@ -91,12 +92,16 @@ pub struct PriorModelDesc<'a> {
     pub flags: PriorModelFlags,
     /// A name, or JSON of one's own; None: by the name of the file.
     pub preset: Option<&'a str>,
-    /// ONNX file; None: the preset's, in the folder of models.
+    /// ONNX file, or weights of MoGe-2; None: the preset's, in the folder of models.
     pub model: Option<&'a Path>,
     /// The library of ONNX Runtime; None: where the library looks for it.
     pub runtime: Option<&'a Path>,
     /// Threads of one run; 0: one per core.
     pub threads: u32,
+    /// Patches of a picture, for presets that have them; 0: the preset's.
+    pub tokens: u32,
+    /// The device that runs weights; None for an ONNX file.
+    pub device: Option<&'a Device>,
 }
 
 /// Where the maps of a picture go; None: not wanted.
@@ -110,8 +115,21 @@ pub struct PriorMaps<'a> {
     pub mask: Option<ImageViewMut<'a>>,
 }
 
+impl PriorMaps<'_> {
+    fn to_raw(&self) -> sys::splat_prior_maps {
+        let raw = |map: &Option<ImageViewMut<'_>>| {
+            map.as_ref().map_or_else(sys::splat_image::default, |view| view.to_raw())
+        };
+        sys::splat_prior_maps {
+            depth: raw(&self.depth),
+            normal: raw(&self.normal),
+            mask: raw(&self.mask),
+        }
+    }
+}
+
 object! {
-    /// A network that makes maps of pictures. Needs no device.
+    /// A network that makes maps of pictures.
     PriorModel, splat_prior_model, splat_prior_model_destroy
 }
 
@@ -135,6 +153,8 @@ impl PriorModel {
             model_path: pointer(&model),
             runtime_path: pointer(&runtime),
             threads: desc.threads,
+            tokens: desc.tokens,
+            device: desc.device.map_or(std::ptr::null_mut(), Device::as_raw),
             ..Default::default()
         };
         PriorModel::made(|handle| call!(splat_prior_model_create(&raw, handle)))
@@ -156,15 +176,18 @@ impl PriorModel {
     /// high for the preset), `Format` (the model cannot run, or gives an output of another shape),
     /// `InvalidState` (its output is not finite), `OutOfHostMemory`.
     pub fn run(&self, picture: ImageView<'_>, maps: PriorMaps<'_>) -> Result<()> {
-        let raw = |map: Option<ImageViewMut<'_>>| {
-            map.map_or_else(sys::splat_image::default, |view| view.to_raw())
-        };
-        let maps = sys::splat_prior_maps {
-            depth: raw(maps.depth),
-            normal: raw(maps.normal),
-            mask: raw(maps.mask),
-        };
         let picture = picture.to_raw();
-        call!(splat_prior_model_run(self.handle, &picture, &maps, 1))
+        call!(splat_prior_model_run(self.handle, &picture, &maps.to_raw(), 1))
+    }
+
+    /// The same, and the focal length of the picture's camera, pixels; 0 if the model does not tell it.
+    /// # Errors
+    /// As `run`.
+    pub fn run_focal(&self, picture: ImageView<'_>, maps: PriorMaps<'_>) -> Result<f64> {
+        let maps = maps.to_raw();
+        let picture = picture.to_raw();
+        let mut focal = 0.0;
+        call!(splat_prior_model_run_focal(self.handle, &picture, &maps, &mut focal, 1))?;
+        Ok(focal)
     }
 }

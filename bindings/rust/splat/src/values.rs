@@ -1046,7 +1046,8 @@ output! {
         /** licence of the model: show it to the user */ licence: String = copied(raw.licence),
         /** what to know of the model */ note: String = copied(raw.note),
         /** file of the model */ path: String = copied(raw.path),
-        /** version of ONNX Runtime, such as "1.30.0" */ runtime_version: String = copied(raw.runtime_version),
+        /// version of ONNX Runtime, such as "1.30.0"; "": runs on a device
+        runtime_version: String = copied(raw.runtime_version),
     }
 }
 

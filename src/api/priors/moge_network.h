@@ -1,0 +1,13 @@
+#pragma once
+
+#include "api/core/device_object.h"
+#include "prior_models/network.h"
+
+namespace splat::api {
+
+/// MoGe-2 of a file of weights, run by a device, with the inputs and outputs of its ONNX export. Errors: those of
+/// io::load_weights() and vision::MogeModel::create(), which name the file; of the device.
+Result<std::unique_ptr<prior_models::Network>> open_moge(const DeviceObject& device,
+                                                         const std::string& path);
+
+}  // namespace splat::api

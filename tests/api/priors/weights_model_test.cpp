@@ -1,0 +1,106 @@
+// Weights of MoGe-2 as a prior model, through the C API. Needs a device, and no ONNX Runtime.
+
+#include <cmath>
+
+#include "api/api_calls.h"
+#include "io/weights_file.h"
+#include "vision/small_moge.h"
+
+namespace splat::test {
+namespace {
+
+constexpr const char* kPreset = "moge-2-vits-normal";
+constexpr std::uint32_t kWidth = 24, kHeight = 16, kPixels = kWidth * kHeight;
+
+std::string saved(const io::NamedTensors& tensors, const char* name) {
+    const std::string path = testing::TempDir() + name;
+    io::WeightsFile file;
+    file.tensors = tensors;
+    EXPECT_TRUE(io::save_weights(file, path).ok());
+    return path;
+}
+
+splat_prior_model_desc weights_desc(const std::string& path, splat_device device) {
+    auto desc = sized<splat_prior_model_desc>();
+    desc.preset = kPreset;
+    desc.model_path = path.c_str();
+    desc.tokens = 24;
+    desc.device = device;
+    return desc;
+}
+
+std::vector<std::uint8_t> wavy_bytes() {
+    std::vector<std::uint8_t> bytes;
+    for (std::uint32_t i = 0; i < 3 * kPixels; ++i)
+        bytes.push_back(static_cast<std::uint8_t>(120 + 100 * std::sin(0.37 * i)));
+    return bytes;
+}
+
+TEST(ApiWeightsModel, MakesAllMapsAndTheFocalLengthInOnePass) {
+    const std::string path = saved(small_moge(), "api_moge.safetensors");
+    PriorModel model;
+    {
+        const Device device = open_device();
+        const auto desc = weights_desc(path, device.get());
+        EXPECT_DONE(splat_prior_model_create(&desc, model.out()));
+    }  // the model keeps the device open
+    const auto info = got(splat_prior_model_get_info, model);
+    EXPECT_EQ(info.maps, 7U);
+    EXPECT_STREQ(info.preset, kPreset);
+    EXPECT_STREQ(info.runtime_version, "");
+    EXPECT_TRUE(holds(info.path, "api_moge.safetensors"));
+    std::vector<std::uint8_t> rgb = wavy_bytes();
+    const splat_image picture = packed_image(rgb, kWidth, kHeight, 3);
+    Floats depth(kPixels), normal(3 * kPixels), mask(kPixels), alone(3 * kPixels);
+    splat_prior_maps maps = {packed_image(depth, kWidth, kHeight, 1),
+                             packed_image(normal, kWidth, kHeight, 3),
+                             packed_image(mask, kWidth, kHeight, 1)};
+    double focal = -1;
+    EXPECT_DONE(splat_prior_model_run_focal(model, &picture, &maps, &focal, 1));
+    EXPECT_TRUE(focal > 0 && std::isfinite(focal));
+    EXPECT_EQ(*std::max_element(depth.begin(), depth.end()), 1);
+    for (std::size_t i = 0; i < kPixels; ++i) {
+        double length = 0;
+        for (std::size_t c = 0; c < 3; ++c) length += std::pow(2 * normal[3 * i + c] - 1, 2);
+        EXPECT_NEAR(length, 1, 1e-5);
+        EXPECT_TRUE(mask[i] == 0 || mask[i] == 1);
+    }
+    maps = {};
+    maps.normal = packed_image(alone, kWidth, kHeight, 3);
+    EXPECT_DONE(splat_prior_model_run(model, &picture, &maps, 1));
+    EXPECT_EQ(alone, normal);
+    // The focal length alone.
+    double again = -1;
+    maps = {};
+    EXPECT_DONE(splat_prior_model_run_focal(model, &picture, &maps, &again, 1));
+    EXPECT_EQ(again, focal);
+    EXPECT_REFUSED(splat_prior_model_run(model, &picture, &maps, 1), kArgument, "no map");
+}
+
+TEST(ApiWeightsModel, SaysWhatIsWrong) {
+    const Device device = open_device();
+    const std::string good = saved(small_moge(), "api_moge_good.pth");
+    PriorModel model;
+    const auto refused = [&](const std::string& path, splat_result code, const char* part,
+                             const auto& change) {
+        auto desc = weights_desc(path, device.get());
+        change(desc);
+        EXPECT_REFUSED(splat_prior_model_create(&desc, model.out()), code, part);
+    };
+    const auto as_it_is = [](auto&) {};
+    refused(good, kArgument, "device is NULL, but '", [](auto& d) { d.device = nullptr; });
+    refused(good, kArgument, "preset 'u2net'", [](auto& d) { d.preset = "u2net"; });
+    const io::NamedTensors song =
+        with({}, {"network_with_offset.out.weight", {1}, io::NumberType::kF32, {1.0F}});
+    refused(saved(song, "api_song.safetensors"), kFormat, "they look like a SongUNet", as_it_is);
+    refused(saved(without(small_moge(), "encoder.backbone.norm.bias"), "api_less.safetensors"),
+            kFormat, "api_less.safetensors': 1 of the network's", as_it_is);
+    // Without normals the preset's output is not there.
+    refused(saved(small_moge(false), "api_no_normal.safetensors"), kFormat, "expects 'normal'",
+            as_it_is);
+    const auto desc = weights_desc(good, device.get());
+    EXPECT_DONE(splat_prior_model_create(&desc, model.out()));
+}
+
+}  // namespace
+}  // namespace splat::test

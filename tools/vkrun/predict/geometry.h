@@ -1,0 +1,29 @@
+#pragma once
+
+#include <splat.h>
+
+#include <string>
+#include <vector>
+
+#include "vkrun/predict/network_mask.h"
+
+namespace vkrun {
+
+/// What one pass of a network of geometry, as MoGe-2, tells of a picture, as far as nothing else tells it.
+struct PictureGeometry {
+    std::vector<std::uint8_t> depth_bytes, normal_bytes;
+    splat_image depth{}, normal{};  ///< views of them, as maps of 'vkrun priors'; no pixels: not wanted
+    double focal = 0;               ///< pixels; 0: not wanted
+    NetworkMask mask;
+    std::string preset;             ///< empty: no network ran
+    std::vector<std::string> used;  ///< "depth", "normals", "mask", "focal length"
+};
+
+/// Run the network that options.geometry names (a preset, or the file of a model), else one whose file is where 'vkrun
+/// priors where' says, on the picture, if the predictor needs maps or a focal length that the options lack and the
+/// picture's Exif data does not tell, or if `no_mask`: the object is found by nothing better. Its mask shows where the
+/// picture has geometry, so it is left out where that is nearly all of it. Throws a Failure.
+PictureGeometry picture_geometry(const PredictionOptions& options, const splat_predictor_info& info,
+                                 splat_device device, bool no_mask);
+
+}  // namespace vkrun
