@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "prior_models/onnx/sample_models.h"
+#include "prior_models/onnx_runtime.h"
 #include "prior_models/prior_model.h"
 #include "support/expect_status.h"
 #include "support/system.h"
