@@ -22,7 +22,7 @@ struct CutOptions {
 struct NamedImage {
     io::Image image;
     std::string name;
-    std::vector<float> exact;  ///< a depth map's numbers before they became 8 bits; or empty
+    std::vector<float> exact = {};  ///< a depth map's numbers before they became 8 bits; or empty
 };
 
 /// A picture of one object, with its maps where there are any; all of one size.
