@@ -4,11 +4,13 @@
     attention_peer.py [--tokens 1201 --heads 6 --channels 64] [--backward] [--rounds 5] [--library OTHER.so]
 
 Queries, keys and values of normal numbers, one image. It needs PYTHONPATH=bindings/python/src, SPLAT_LIBRARY, NumPy and
-PyTorch, which takes 2 threads and the layout [heads, tokens, channels]; libsplat takes [channels of all heads, tokens] and
-its time includes both conversions between that and its own. --library is a second libsplat that takes turns in a process
-of its own, such as the version before a change. Errors are relative L2, of the first and the last head.
+PyTorch, which takes 2 threads and the layout [heads, tokens, channels]; libsplat takes [channels of all heads, tokens],
+and its time includes both conversions between that and its own. --library is a second libsplat that takes turns in a
+process of its own, such as the version before a change. Errors are relative L2, of the first and the last head.
 
-Prints a line per library: shortest and median ms, then the error of y and, with --backward, of the gradients of q, k and v.
+Prints a line per library: shortest and median ms; half of the shortest processor time, which other work on the machine
+changes less (set OMP_WAIT_POLICY=passive then, or PyTorch's threads count what they wait); then the error of y and,
+with --backward, of the gradients of q, k and v.
 
 Exit status  0 success, 2 wrong usage, 3 there is no PyTorch or libsplat
 """
@@ -74,7 +76,7 @@ class Other:
 
     def run(self):
         print("run", file=self.process.stdin, flush=True)
-        return float(self.process.stdout.readline())
+        return [float(number) for number in self.process.stdout.readline().split()]
 
 
 class Torch:
@@ -112,12 +114,17 @@ def errors(options, tensors):
     return [f"{np.sqrt(a / b):.1e}" for a, b in squares]
 
 
+def timed(run):
+    """ms of the clock, and of the processors on two threads; or what another process has measured."""
+    start = [time.perf_counter(), time.process_time() / 2]
+    measured = run()
+    return measured or [(time.perf_counter() - start[0]) * 1e3, (time.process_time() / 2 - start[1]) * 1e3]
+
+
 def work(options):
     splat = Splat(options)
     for _ in sys.stdin:
-        start = time.perf_counter()
-        splat.run()
-        print((time.perf_counter() - start) * 1e3, flush=True)
+        print(*timed(splat.run), flush=True)
 
 
 def main():
@@ -131,13 +138,12 @@ def main():
     times = {name: [] for name in runs}
     for _ in range(options.rounds + 1):
         for name, run in runs.items():
-            start = time.perf_counter()
-            measured = run.run()
-            times[name].append(measured or (time.perf_counter() - start) * 1e3)
+            times[name].append(timed(run.run))
     for name, run in runs.items():
-        of = times[name][1:]  # the first run compiles
+        clock, processors = zip(*times[name][1:])  # the first run compiles
         found = [] if isinstance(run, Other) else errors(options, run.tensors())
-        print(f"{name}: {min(of):.1f}, {statistics.median(of):.1f} ms;", *found)
+        clocks = f"{min(clock):.1f}, {statistics.median(clock):.1f} ms"
+        print(f"{name}: {clocks}; {min(processors):.1f};", *found, flush=True)
     return 0
 
 
