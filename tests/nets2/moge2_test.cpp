@@ -24,7 +24,8 @@ BlockNorm norm_of(const std::string& name) {
 MogeConfig config_of(const Golden& golden) {
     MogeConfig config;
     config.heads = static_cast<std::uint32_t>(golden.array("num_heads").ints().value()[0]);
-    for (const std::int64_t tap : golden.array("intermediate_layers").ints().value())
+    const auto taps = golden.array("intermediate_layers").ints().value();
+    for (const std::int64_t tap : taps)
         config.taps.push_back(static_cast<std::uint32_t>(tap));
     config.in_norm = norm_of(golden.array("in_norm").strings().value()[0]);
     config.hidden_norm = norm_of(golden.array("hidden_norm").strings().value()[0]);
