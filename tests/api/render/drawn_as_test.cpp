@@ -9,9 +9,9 @@
 namespace splat::test {
 namespace {
 
-constexpr std::uint32_t kWidth = 21, kHeight = 18, kPixels = kWidth * kHeight;
-constexpr std::uint32_t kAll = SPLAT_DRAWN_ANTIALIASED | SPLAT_DRAWN_BY_DISTANCE |
-                               SPLAT_DRAWN_CUT_3_SIGMA | SPLAT_DRAWN_LINEAR_COLORS;
+constexpr std::uint32_t kWidth = 21, kHeight = 18, kPixelCount = kWidth * kHeight;
+constexpr std::uint32_t kEveryWay = SPLAT_DRAWN_ANTIALIASED | SPLAT_DRAWN_BY_DISTANCE |
+                                    SPLAT_DRAWN_CUT_3_SIGMA | SPLAT_DRAWN_LINEAR_COLORS;
 constexpr float kBackground[3] = {0.5F, 0.03F, 1};
 
 /// Opaque Gaussians large enough to overlap and to reach beyond 3 sigma, in a wide view.
@@ -43,7 +43,7 @@ splat_scene_render_desc render_desc(std::uint32_t flags = 0, std::uint32_t as_gi
 /// RGB and alpha.
 template <class Value>
 std::vector<Value> rendered(splat_scene scene, const splat_scene_render_desc& desc) {
-    std::vector<Value> values(std::size_t{4} * kPixels);
+    std::vector<Value> values(std::size_t{4} * kPixelCount);
     splat_image image{};
     image.pixels = values.data();
     image.bytes = values.size() * sizeof(Value);
@@ -62,21 +62,21 @@ TEST(ApiDrawnAs, AScenesBits) {
     for (const std::uint32_t bit : {SPLAT_DRAWN_ANTIALIASED, SPLAT_DRAWN_BY_DISTANCE,
                                     SPLAT_DRAWN_CUT_3_SIGMA, SPLAT_DRAWN_LINEAR_COLORS})
         EXPECT_EQ(info_of(scene_of(bit)).drawn_as, bit);
-    const Scene scene = scene_of(kAll);
+    const Scene scene = scene_of(kEveryWay);
     const double low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
     EXPECT_DONE(splat_scene_crop(scene, low, high));
     EXPECT_DONE(splat_scene_filter(scene, SPLAT_FILTER_FINITE | SPLAT_FILTER_SORT, 0.1));
-    EXPECT_EQ(info_of(scene).drawn_as, kAll);
+    EXPECT_EQ(info_of(scene).drawn_as, kEveryWay);
     const Scene other = scene_of(SPLAT_DRAWN_ANTIALIASED);
     const splat_scene both[] = {scene, other};
     Scene merged;
     EXPECT_DONE(splat_scene_merge(both, 2, merged.out()));
-    EXPECT_EQ(info_of(merged).drawn_as, kAll);
+    EXPECT_EQ(info_of(merged).drawn_as, kEveryWay);
 }
 
 /// A struct of before the bits gets what it had.
 TEST(ApiDrawnAs, AnOlderInfoIsFilled) {
-    const Scene scene = scene_of(kAll);
+    const Scene scene = scene_of(kEveryWay);
     splat_scene_info info{};
     info.struct_size = offsetof(splat_scene_info, drawn_as);
     info.drawn_as = 7;
@@ -106,12 +106,12 @@ TEST(ApiDrawnAs, LinearColorsBecomeSrgb) {
     desc.sh_degree = 1;
     const Rasterizer rasterizer = make_rasterizer(shared_device(), desc);
     ASSERT_DONE(draw(rasterizer, scene, wide_camera(), kBackground));
-    const Floats linear = output(rasterizer, SPLAT_OUTPUT_RGB, std::size_t{3} * kPixels);
-    const Floats alpha = output(rasterizer, SPLAT_OUTPUT_ALPHA, kPixels);
+    const Floats linear = output(rasterizer, SPLAT_OUTPUT_RGB, std::size_t{3} * kPixelCount);
+    const Floats alpha = output(rasterizer, SPLAT_OUTPUT_ALPHA, kPixelCount);
     const std::vector<float> drawn = rendered<float>(scene, render_desc());
     const auto bytes = rendered<std::uint8_t>(scene, render_desc());
     std::size_t empty = 0, far = 0;
-    for (std::size_t p = 0; p < kPixels; ++p) {
+    for (std::size_t p = 0; p < kPixelCount; ++p) {
         EXPECT_EQ(drawn[4 * p + 3], alpha[p]);
         empty += alpha[p] == 0 ? 1 : 0;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -128,8 +128,8 @@ TEST(ApiDrawnAs, LinearColorsBecomeSrgb) {
         }
     }
     EXPECT_GT(empty, 0U);
-    EXPECT_LT(empty, kPixels / 2);
-    EXPECT_GT(far, kPixels / 2) << "the two differ";
+    EXPECT_LT(empty, kPixelCount / 2);
+    EXPECT_GT(far, kPixelCount / 2) << "the two differ";
 }
 
 /// Other outputs have no colours.
@@ -137,7 +137,7 @@ TEST(ApiDrawnAs, OnlyColorsAreConverted) {
     splat_scene_render_desc desc = render_desc();
     for (const splat_output which : {SPLAT_OUTPUT_ALPHA, SPLAT_OUTPUT_NORMALS}) {
         const std::uint32_t channels = which == SPLAT_OUTPUT_ALPHA ? 1 : 3;
-        Floats plain(std::size_t{channels} * kPixels), linear = plain;
+        Floats plain(std::size_t{channels} * kPixelCount), linear = plain;
         desc.output = which;
         for (Floats* values : {&plain, &linear}) {
             splat_image image{};
@@ -162,11 +162,11 @@ TEST(ApiDrawnAs, ARasterizerThatLacksABitWarnsOnce) {
     ASSERT_DONE(splat_log_set_callback(
         [](void*, splat_log_level, const char* text) { warnings.emplace_back(text); }, nullptr,
         SPLAT_LOG_WARNING));
-    const Scene scene = scene_of(kAll), other = scene_of(kAll);
+    const Scene scene = scene_of(kEveryWay), other = scene_of(kEveryWay);
     const Rasterizer plain = make_rasterizer(
         shared_device(), rasterizer_desc(60, kWidth, kHeight, SPLAT_RASTERIZER_CUT_3_SIGMA));
     const Rasterizer made =
-        make_rasterizer(shared_device(), rasterizer_desc(60, kWidth, kHeight, kAll));
+        make_rasterizer(shared_device(), rasterizer_desc(60, kWidth, kHeight, kEveryWay));
     EXPECT_DONE(draw(made, scene, wide_camera()));
     EXPECT_EQ(warnings.size(), 0U);
     EXPECT_DONE(draw(plain, scene, wide_camera()));
@@ -178,7 +178,7 @@ TEST(ApiDrawnAs, ARasterizerThatLacksABitWarnsOnce) {
     EXPECT_DONE(draw(plain, other, wide_camera()));
     EXPECT_EQ(warnings.size(), 2U);
     EXPECT_DONE(draw(plain, scene_of(0), wide_camera()));
-    rendered<float>(scene_of(kAll), render_desc(0, 1));
+    rendered<float>(scene_of(kEveryWay), render_desc(0, 1));
     EXPECT_EQ(warnings.size(), 2U);
     listen_to_log();
 }
