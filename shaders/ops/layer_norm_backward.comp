@@ -31,8 +31,8 @@ void main() {
     vec4 a = vec4(0);
     vec4 b = vec4(0);
     uint q = first_quad();
-    for (; q + 3 * kLanes < whole; q += 4 * kLanes)
-        [[unroll]] for (uint u = 0; u < 4; ++u) {
+    for (; q + (kUnroll - 1) * kLanes < whole; q += kUnroll * kLanes)
+        [[unroll]] for (uint u = 0; u < kUnroll; ++u) {
             const uint at = (q + u * kLanes) * dims.columns + column;
             const vec4 h = LD4(gamma, q + u * kLanes) * LD4(grad_y, at);
             a += h;
@@ -48,8 +48,8 @@ void main() {
     const vec2 average = dims.channels == 1 ? all : all / float(dims.channels);  // a quotient by 1 may be inexact
 
     if (own >= dims.columns) return;
-    for (q = first_quad(); q + 3 * kLanes < whole; q += 4 * kLanes)
-        [[unroll]] for (uint u = 0; u < 4; ++u) {
+    for (q = first_quad(); q + (kUnroll - 1) * kLanes < whole; q += kUnroll * kLanes)
+        [[unroll]] for (uint u = 0; u < kUnroll; ++u) {
             const uint at = (q + u * kLanes) * dims.columns + column;
             const vec4 xhat = (LD4(x, at) - mean) * rstd - rest;
             ST4(grad_x, at, rstd * (LD4(gamma, q + u * kLanes) * LD4(grad_y, at) - average.x - xhat * average.y));

@@ -31,8 +31,8 @@ vec2 moments_about(float guess, float unit, uint column, uint begin) {
     vec4 first = vec4(0);
     vec4 second = vec4(0);
     uint q = begin;
-    for (; q + 3 * kLanes < whole; q += 4 * kLanes)
-        [[unroll]] for (uint u = 0; u < 4; ++u) {
+    for (; q + (kUnroll - 1) * kLanes < whole; q += kUnroll * kLanes)
+        [[unroll]] for (uint u = 0; u < kUnroll; ++u) {
             const vec4 d = LD4(x, (q + u * kLanes) * dims.columns + column) * unit - guess;
             first += d;
             second += d * d;
@@ -84,8 +84,8 @@ void main() {
 
     if (own >= dims.columns) return;
     uint q = first_quad();
-    for (; q + 3 * kLanes < dims.channels / 4; q += 4 * kLanes)
-        [[unroll]] for (uint u = 0; u < 4; ++u) {
+    for (; q + (kUnroll - 1) * kLanes < dims.channels / 4; q += kUnroll * kLanes)
+        [[unroll]] for (uint u = 0; u < kUnroll; ++u) {
             const uint k = q + u * kLanes;
             const uint at = k * dims.columns + column;
             ST4(y, at, LD4(gamma, k) * (((LD4(x, at) * unit - mean.x) - mean.y) * rstd) + LD4(beta, k));

@@ -9,6 +9,9 @@
 
 layout(constant_id = kLayerNormLanesId) const uint kLanes = 1;
 
+// Quads of a turn: lavapipe pays for each loop-carried number in each turn.
+const uint kUnroll = TEXEL_LOADS == 1 ? 4 : 1;
+
 shared vec4 lane_scratch[kWorkgroupSize];
 
 // The sum of the lanes of a column, in their order. Every invocation must call.

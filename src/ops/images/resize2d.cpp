@@ -91,8 +91,8 @@ Status record(vk::Recorder& recorder, const Resize2dDesc& desc, bool back, const
 }
 
 Status check_axis(const Resize2dAxis& axis, const char* what) {
-    if (std::max(axis.from, axis.to) > kMaxSide || axis.to / kMaxFactor > axis.from ||
-        axis.from / kMaxFactor > axis.to)
+    if (std::max(axis.from, axis.to) > kMaxSide || (axis.to - 1) / kMaxFactor >= axis.from ||
+        (axis.from - 1) / kMaxFactor >= axis.to)
         return unsupported(
             "resize2d: from %u to %u %s, expected at most %u, by a factor of at most %u", axis.from,
             axis.to, what, kMaxSide, kMaxFactor);
