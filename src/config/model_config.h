@@ -41,11 +41,11 @@ struct LoraConfig {
 
 /// Which network makes the head's channels.
 enum class Network : int {
-    kSongUnet,  ///< of Splatter Image and F3D-Gaus: model/song_unet.h
-    kLgmUnet,   ///< of LGM: model/lgm_unet.h
+    kSongUnet,  ///< networks of Splatter Image and F3D-Gaus: model/song_unet.h
+    kLgmUnet,   ///< the network of LGM
 };
 
-/// Sizes of LGM's network, see model/lgm_unet.h. One entry of a list is a level, from the image inwards and back.
+/// Sizes of LGM's network. One entry of a list is a level, from the image inwards and back.
 struct LgmUnetConfig {
     std::vector<std::uint32_t> down, up;                      ///< channels
     std::vector<std::uint32_t> down_attention, up_attention;  ///< 1: the level has attention
@@ -62,7 +62,7 @@ struct HeadInit {
 struct ModelConfig {
     Network network = Network::kSongUnet;
     LgmUnetConfig
-        lgm;  ///< of kLgmUnet, which has base_dim, num_blocks, channel_mult and what follows them unused
+        lgm;  ///< kLgmUnet has these, and leaves base_dim, num_blocks, channel_mult and what follows them unused
 
     std::uint32_t resolution = 128;  ///< pixels, both ways; divisible by 2^(levels - 1)
     /// Pixels of the image whose network this is: names of its levels and attention_resolutions are for this size. 0:
