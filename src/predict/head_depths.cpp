@@ -1,6 +1,7 @@
 #include "predict/head_depths.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "data/resample.h"
 
