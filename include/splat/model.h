@@ -352,8 +352,7 @@ typedef struct splat_model_info {
     uint32_t views;            /* input images of an object */
     uint32_t resolution;       /* R: images have R x R pixels */
     uint32_t channels;         /* channels of the images that a pass takes */
-    uint32_t image_channels;   /* channels of "images": no plane of origin distances, nor of
-                                * depths in scene units */
+    uint32_t image_channels;   /* channels of "images": no plane of distances or depths */
     uint32_t output_channels;  /* channels of "raw" */
     uint32_t gaussians;        /* M: Gaussians of an object */
     uint32_t sh_degree;        /* degree of the spherical harmonics; K = (sh_degree + 1)^2 */
@@ -422,8 +421,7 @@ typedef struct splat_model_input {
     /* images in the caller's layout, instead of `images`; the planes of an image may come from
      * several pictures in turn, such as RGB, then depth: N pictures or a multiple */
     const splat_image* pictures;
-    const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance, or
-                          * depth in scene units for the head (model.head.positions) */
+    const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth */
     uint64_t images_count;
     const float* view_to_world; /* [N,4,4] row vectors: p_world = p_view M; NULL: the identity */
     uint64_t view_to_world_count;

@@ -177,7 +177,7 @@ Result<model::Precision> precision_of(splat_precision precision, const char* fie
 struct PredictorObject : OfDevice {
     using OfDevice::OfDevice;
     config::Settings settings;
-    std::string path, report;  ///< of the weights, empty for a handle; JSON
+    std::string path, report;  ///< where weights lie, empty for a handle; JSON
     predict::Aggregation aggregation;
     OnDevice<std::unique_ptr<predict::Predictor>> predictor{*this};
 };

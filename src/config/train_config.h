@@ -52,7 +52,7 @@ struct TrainConfig {
     /// Each so many steps the inputs are views drawn of what the network predicts, see train/cycle.cpp. 0: none.
     std::uint64_t cycle_every = 0;
     std::uint64_t cycle_after = 0;  ///< steps before the first
-    double cycle_weight = 1;        ///< of the loss in such steps
+    double cycle_weight = 1;        ///< factor of the loss in such steps
 
     bool ema = true;
     double ema_most = 0.9999;  ///< see ops::EmaSchedule

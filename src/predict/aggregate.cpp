@@ -1,4 +1,4 @@
-// Aggregation at inference, as F3D-Gaus has it (W-Ted/F3D-Gaus 8e52aec, visualize.py): what is predicted of a picture
+// Aggregation at inference, as the program of F3D-Gaus has it (W-Ted/F3D-Gaus 8e52aec): what is predicted of a picture
 // is drawn from further views, each of these is predicted again by itself, and all Gaussians are joined.
 #include <cmath>
 #include <numbers>

@@ -1,6 +1,7 @@
 #include "predict/head_depths.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "data/resample.h"
 
@@ -42,13 +43,15 @@ Result<std::vector<float>> head_depths(const config::ModelConfig& network,
         return invalid("%s is %u x %u pixels, expected the proportion of the image's %u x %u",
                        map.name.c_str(), w, h, image.width, image.height);
     const std::uint32_t from = std::min(w, h), to = network.resolution;
+    const std::vector<float> square = central_square(map, from);
+    const auto [nearest, farthest] = std::ranges::minmax(square);
+    if (!(farthest > nearest))  // after scaling its roundings would be depths
+        return invalid("%s has one depth everywhere, %g, expected a map of several",
+                       map.name.c_str(), static_cast<double>(farthest));
     SPLAT_ASSIGN(const std::vector<double> scaled,
-                 data::resample_values<float>(central_square(map, from), from, from, 1, to, to,
+                 data::resample_values<float>(square, from, from, 1, to, to,
                                               data::ValueFilter::kPillowLanczos));
     const auto [least, most] = std::ranges::minmax(scaled);
-    if (!(most > least))
-        return invalid("%s has one depth everywhere, %g, expected a map of several",
-                       map.name.c_str(), most);
     std::vector<float> depths;
     for (const double value : scaled)
         depths.push_back(static_cast<float>((value - least) / (most - least)));

@@ -17,7 +17,7 @@ void to_scene_depths(const config::ModelConfig& network, std::span<float> number
 /// and its greatest as 1.
 ///
 /// Errors   kInvalidArgument with the map's name: other sides than the image's, in proportion, or one number everywhere
-/// Source   W-Ted/F3D-Gaus, src/dataio_gs_test_256_demo.py: norm_depth_to01
+/// Source   W-Ted/F3D-Gaus 8e52aec, norm_depth_to01 of its demonstration
 Result<std::vector<float>> head_depths(const config::ModelConfig& network,
                                        const data::NamedImage& map, const io::Image& image);
 

@@ -30,7 +30,7 @@ struct Aggregation {
 Status check_aggregation(const config::ModelConfig& network, std::uint32_t views);
 
 /// The cameras of an aggregation, in the frame of the first: around the point in the middle of znear and zfar, yaw
-/// -0.25 sin t, pitch 0.15 cos t, t from 0 to 2 pi (F3D-Gaus, visualize.py). `views`: 2 or more.
+/// -0.25 sin t, pitch 0.15 cos t, t from 0 to 2 pi (W-Ted/F3D-Gaus 8e52aec). `views`: 2 or more.
 Result<std::vector<scene::Camera>> orbit_of_aggregation(const config::ModelConfig& network,
                                                         std::uint32_t views);
 

@@ -10,7 +10,7 @@
 namespace splat::train {
 
 struct Trainer::CycleInputs {
-    std::vector<float> images, view_to_world, quaternions;  ///< as those of TrainBatch
+    std::vector<float> images, view_to_world, quaternions;  ///< parts of a TrainBatch
 };
 
 Status Trainer::check_cycle(const model::ModelConfig& network) const {

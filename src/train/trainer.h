@@ -229,7 +229,7 @@ class Trainer {
     std::optional<SizeMap> sizes_;               ///< where edges are weighed by size
     std::uint32_t drawn_ = 1;                    ///< objects of a rasterizer call
     gaussians::GaussianSet scene_, grad_scene_;  ///< a call's, in passes of several calls
-    /// Of cycles: what draws views; what is predicted first, of all objects; an object's to there, and to scene_.
+    /// Cycles: a drawer of views; what is predicted first, of all objects; lists that copy it there, and to scene_.
     std::unique_ptr<raster::Rasterizer> drawer_;
     gaussians::GaussianSet detached_;
     std::vector<vk::CommandList> keep_, join_;

@@ -122,7 +122,7 @@ TEST(Presets, AreThePublishedConfigurations) {
     EXPECT_EQ(found, kPublished.size());
 }
 
-/// W-Ted/F3D-Gaus 8e52aec: config/imagenetgs_256x256_v1.yaml and src/gaussian_predictor.py.
+/// W-Ted/F3D-Gaus 8e52aec: its configuration for ImageNet at 256 pixels, and its predictor.
 TEST(Presets, F3dGausIsThePublishedOne) {
     const config::Settings s = settings_of(need(config::preset_of("f3d-gaus-256")));
     const config::ModelConfig& n = s.network;

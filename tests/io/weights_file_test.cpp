@@ -147,7 +147,7 @@ TEST_F(WeightsFileTest, KnowsCheckpoints) {
     EXPECT_EQ(weights.tensors[0].values, (std::vector<float>{4}));
 }
 
-/// As the checkpoint of F3D-Gaus: "model" beside the optimiser's state, which is not read.
+/// The checkpoint of F3D-Gaus has "model" beside the optimiser's state, which is not read.
 TEST_F(WeightsFileTest, TakesWrappersOffNames) {
     test::PickleText pickle;
     pickle.raw("}(").text("optimizer").raw("}").text("state").raw("}").raw("s").text("model");

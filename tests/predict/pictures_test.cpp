@@ -136,7 +136,7 @@ TEST(Pictures, DepthsOfTheHeadAreInSceneUnits) {
         << "inverse depths are linear";
 
     input.picture.depth->exact.assign(std::size_t{80} * 60, 1e6F);
-    input.picture.depth->exact[60 * 30 + 30] = 1e6F + 1;
+    input.picture.depth->exact[80 * 30 + 40] = 1e6F + 1;
     EXPECT_EQ(need(views_of(config, input)).views.inputs[4 * area], 4) << "numbers, not samples";
     input.picture.mask = picture(1, 30);
     for (std::uint16_t& sample : input.picture.mask->image.samples)

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "model/adapters.h"
@@ -230,7 +231,10 @@ TEST_F(PredictorTest, ScenesLeaveOutWhatIsBelowTheThreshold) {
     const auto usual = predictor(file);
     EXPECT_OK(usual->predict(picture()));
     const auto all = need(usual->scene());
-    settings_.network.opacity_threshold = 0.4F;
+    std::vector<float> logits = all.gaussians.opacity_logits;
+    std::ranges::sort(logits);
+    const double middle = scene::opacity_of(static_cast<double>(logits[logits.size() / 2]));
+    settings_.network.opacity_threshold = static_cast<float>(middle);
     const auto strict = predictor(file);
     EXPECT_OK(strict->predict(picture()));
     const auto some = need(strict->scene());
@@ -238,7 +242,7 @@ TEST_F(PredictorTest, ScenesLeaveOutWhatIsBelowTheThreshold) {
     EXPECT_GT(some.gaussians.count(), 0U);
     EXPECT_EQ(some.gaussians.count() + some.faint, all.gaussians.count() + all.faint);
     for (const float logit : some.gaussians.opacity_logits)
-        EXPECT_GE(scene::opacity_of(static_cast<double>(logit)), 0.4F);
+        EXPECT_GE(scene::opacity_of(static_cast<double>(logit)), middle - 1e-6);
 }
 
 }  // namespace

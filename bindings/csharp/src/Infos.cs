@@ -291,7 +291,7 @@ namespace Splat
         /** <summary>input images of an object</summary> */ public int Views { get; }
         /** <summary>R: images have R x R pixels</summary> */ public int Resolution { get; }
         /** <summary>channels of the images that a pass takes</summary> */ public int Channels { get; }
-        /// <summary>channels of "images": no plane of origin distances, nor of depths in scene units</summary>
+        /// <summary>channels of "images": no plane of distances or depths</summary>
         public int ImageChannels { get; }
         /** <summary>channels of "raw"</summary> */ public int OutputChannels { get; }
         /** <summary>M: Gaussians of an object</summary> */ public int Gaussians { get; }

@@ -4026,8 +4026,7 @@ namespace Splat.Interop
         /** <summary>input images of an object</summary> */ public uint views;
         /** <summary>R: images have R x R pixels</summary> */ public uint resolution;
         /** <summary>channels of the images that a pass takes</summary> */ public uint channels;
-        /// <summary>channels of "images": no plane of origin distances, nor of depths in scene units</summary>
-        public uint image_channels;
+        /** <summary>channels of "images": no plane of distances or depths</summary> */ public uint image_channels;
         /** <summary>channels of "raw"</summary> */ public uint output_channels;
         /** <summary>M: Gaussians of an object</summary> */ public uint gaussians;
         /** <summary>degree of the spherical harmonics; K = (sh_degree + 1)^2</summary> */ public uint sh_degree;
@@ -4061,8 +4060,7 @@ namespace Splat.Interop
         /// <summary>images in the caller's layout, instead of <c>images</c>; the planes of an image may come from
         /// several pictures in turn, such as RGB, then depth: N pictures or a multiple</summary>
         public splat_image* pictures;
-        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance, or depth in scene units for
-        /// the head (model.head.positions)</summary>
+        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth</summary>
         public float* images;
         public ulong images_count;
         /// <summary>[N,4,4] row vectors: p_world = p_view M; NULL: the identity</summary>

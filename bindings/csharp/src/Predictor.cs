@@ -136,7 +136,7 @@ namespace Splat
         public Weights? Adapters { get; set; }
         /// <summary>0: of their metadata, else of the configuration.</summary>
         public double AdaptersAlpha { get; set; }
-        /// <summary>0, or 2 to 64: predictions from so many drawn views are joined, as those of F3D-Gaus from 8.</summary>
+        /// <summary>0, or 2 to 64: predictions from so many drawn views are joined; F3D-Gaus has 8.</summary>
         public uint Aggregate { get; set; }
         /// <summary>How these views are drawn.</summary>
         public Convention Convention { get; set; }

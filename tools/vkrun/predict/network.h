@@ -46,7 +46,7 @@ struct Joining {
     splat_convention convention = 0;
 };
 
-/// Of "3dgs" and "ray_maximum".
+/// The convention "3dgs" or "ray_maximum".
 splat_convention convention_of(const std::string& name);
 
 /// Load a network and print its warnings. `weights`, unless NULL, are those of the file. Throws a Failure.

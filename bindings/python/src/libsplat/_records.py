@@ -368,7 +368,7 @@ class ModelInfo(Record):
     views             input images of an object
     resolution        R: images have R x R pixels
     channels          channels of the images that a pass takes
-    image_channels    channels of 'images': no plane of origin distances, nor of depths in scene units
+    image_channels    channels of 'images': no plane of distances or depths
     output_channels   channels of 'raw'
     gaussians         M: Gaussians of an object
     sh_degree         degree of the spherical harmonics; K = (sh_degree + 1)^2

@@ -26,8 +26,8 @@ class Picture(ByValue):
     mask             of the object; None: an alpha that is not opaque everywhere, else what differs
                      from the border
     depth, normal    maps where the network takes them; larger depth is nearer, or as
-                     model.head.depth_maps says; float depths may have any scale, those of files are taken as they are; normals are (normal + 1) / 2 in
-                     the camera's axes
+                     model.head.depth_maps says; float depths may have any scale, those of files are
+                     taken as they are; normals are (normal + 1) / 2 in the camera's axes
     whole            use the largest centred square, not the object's
     foreground       the object's longer side, as a part of the square's; 0: 0.65
     focal            pixels of the image; 0: by its Exif data, else not known

@@ -1315,7 +1315,7 @@ pub struct splat_model_info {
     /** input images of an object */ pub views: u32,
     /** R: images have R x R pixels */ pub resolution: u32,
     /** channels of the images that a pass takes */ pub channels: u32,
-    /** channels of "images": no plane of origin distances, nor of depths in scene units */ pub image_channels: u32,
+    /** channels of "images": no plane of distances or depths */ pub image_channels: u32,
     /** channels of "raw" */ pub output_channels: u32,
     /** M: Gaussians of an object */ pub gaussians: u32,
     /** degree of the spherical harmonics; K = (sh_degree + 1)^2 */ pub sh_degree: u32,
@@ -1345,8 +1345,7 @@ pub struct splat_model_input {
     /// images in the caller's layout, instead of `images`; the planes of an image may come from several pictures in
     /// turn, such as RGB, then depth: N pictures or a multiple
     pub pictures: *const splat_image,
-    /// \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance, or depth in scene units for the head
-    /// (model.head.positions)
+    /// \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth
     pub images: *const f32,
     pub images_count: u64,
     /** \[N,4,4\] row vectors: p_world = p_view M; NULL: the identity */ pub view_to_world: *const f32,

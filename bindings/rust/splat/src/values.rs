@@ -775,8 +775,7 @@ output! {
         /** input images of an object */ views: u32 = raw.views,
         /** R: images have R x R pixels */ resolution: u32 = raw.resolution,
         /** channels of the images that a pass takes */ channels: u32 = raw.channels,
-        /// channels of "images": no plane of origin distances, nor of depths in scene units
-        image_channels: u32 = raw.image_channels,
+        /** channels of "images": no plane of distances or depths */ image_channels: u32 = raw.image_channels,
         /** channels of "raw" */ output_channels: u32 = raw.output_channels,
         /** M: Gaussians of an object */ gaussians: u32 = raw.gaussians,
         /** degree of the spherical harmonics; K = (sh_degree + 1)^2 */ sh_degree: u32 = raw.sh_degree,
