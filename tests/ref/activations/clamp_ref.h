@@ -25,7 +25,7 @@ Summed<Real> clamp_backward(const std::vector<Real>& x, const std::vector<Real>&
     return grad_x;
 }
 
-inline constexpr char kClampBounds[] = R"({"least": -0.5, "most": 0.75})";
+inline constexpr char kClampBounds[] = R"({"least": -2, "most": 6.5})";
 
 inline constexpr OpRef kClampRef = elementwise_ref<kClampBounds>(
     "clamp",
