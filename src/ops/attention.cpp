@@ -222,7 +222,7 @@ Status each_block(const vk::Recorder& recorder, const AttentionDesc& desc, Pass 
 /// Parts of a workspace.
 struct Spaces {
     BufferView activation;  ///< transposed
-    BufferView weights;     ///< those of a block; without a buffer if they are kept
+    BufferView weights;     ///< weights of a block; without a buffer if they are kept
     BufferView factors;     ///< a quad for each query of a block
     BufferView scores;      ///< backward: their gradient
     BufferView transposed;  ///< backward: a matrix of their size
