@@ -99,7 +99,7 @@ void add_values(uint first, uint lane) {
             w[u] = LD4(values, rows[u] + min(8 * b + lane, params.m - 1));
         [[unroll]] for (uint m = 0; m < 8; ++m) {
             const uint to = (b * 8 + m) * kColumns;
-            float sum[kColumns];  // of a register: sums lie in memory
+            float sum[kColumns];  // stays in registers, which hold only some of the sums
             [[unroll]] for (uint a = 0; a < kColumns; ++a) sum[a] = sums[to + a] * kept[a];
             [[unroll]] for (uint u = 0; u < 2 * kBlocks; ++u) {
                 const float w0 = subgroupShuffle(w[u].x, m), w1 = subgroupShuffle(w[u].y, m);

@@ -17,7 +17,7 @@ using vk::Kernels;
 constexpr std::uint32_t kBlocks = 2;
 constexpr std::uint32_t kMaxExtent = 65536;   ///< loops over its quads stay below lavapipe's limit
 constexpr std::uint32_t kFusedChannels = 64;  ///< 256 sums of an invocation
-constexpr std::uint64_t kLeastQueries = 16;   ///< of a block
+constexpr std::uint64_t kLeastQueries = 16;   ///< a block has so many
 /// Most of a block on CPU devices: a softmax reads the scores of a query 16 bytes each by as many queries apart. If
 /// these are a kilobyte or less, CPUs fetch them ahead.
 constexpr std::uint64_t kCpuQueries = 64;
@@ -222,7 +222,7 @@ Status each_block(const vk::Recorder& recorder, const AttentionDesc& desc, Pass 
 /// Parts of a workspace.
 struct Spaces {
     BufferView activation;  ///< transposed
-    BufferView weights;     ///< of a block; without a buffer if they are kept
+    BufferView weights;     ///< weights of a block; without a buffer if they are kept
     BufferView factors;     ///< a quad for each query of a block
     BufferView scores;      ///< backward: their gradient
     BufferView transposed;  ///< backward: a matrix of their size
@@ -343,7 +343,7 @@ std::uint32_t attention_block(const vk::Recorder& recorder, const AttentionDesc&
     if (query * desc.queries <= slice) return 0;
     const bool cpu = recorder.kernels() == Kernels::kCpu;
     const std::uint64_t most = cpu ? std::min(slice / query, kCpuQueries) : 8 * slice / query;
-    const std::uint64_t tile = most < 64 ? kLeastQueries : 64;  // of the products
+    const std::uint64_t tile = most < 64 ? kLeastQueries : 64;  // whole tiles of the products
     const std::uint64_t whole = std::max(most / tile * tile, kLeastQueries);
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(whole, desc.queries));
 }
