@@ -42,12 +42,12 @@ constexpr const char* kHeadLike = "model.head.like";
 
 /// Keys whose values a head implies.
 bool is_of_head(const Key& key) {
-    constexpr std::string_view kStarts[] = {
-        "model.head.", "model.max_sh_degree", "model.isotropic", "model.depth_",
-        "model.xyz_",  "model.opacity_",      "model.scale_"};
-    return std::ranges::any_of(kStarts, [&](std::string_view start) {
-        return std::string_view(key.name).starts_with(start);
-    });
+    constexpr std::string_view kNames[] = {
+        "model.max_sh_degree", "model.isotropic", "model.depth_scale",   "model.depth_bias",
+        "model.xyz_scale",     "model.xyz_bias",  "model.opacity_scale", "model.opacity_bias",
+        "model.scale_scale",   "model.scale_bias"};
+    return std::string_view(key.name).starts_with("model.head.") ||
+           std::ranges::find(kNames, std::string_view(key.name)) != std::end(kNames);
 }
 
 /// Take over the row of a head; call it before the keys are read.

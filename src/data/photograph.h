@@ -57,7 +57,8 @@ struct Photograph {
 ///
 /// The mask, else an alpha that is not above a half everywhere, marks the object (above a half). Without both, the
 /// background is flooded from the border (unless options.flood is false), over colours within 0.1 of the border's
-/// median; if less than 1 % or more than 95 % remains, the whole image is the object. Samples of 16 bits are reduced to 8.
+/// median; if less than 1 % or more than 95 % remains, the whole image is the object. Samples of 16 bits are reduced
+/// to 8.
 ///
 /// Errors       kInvalidArgument with the name: maps of another size, an empty mask
 /// Determinism  the same bits on every run

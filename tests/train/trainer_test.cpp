@@ -95,7 +95,6 @@ TEST_P(TrainerRules, HeadsLearnABatchByHeart) {
         network.init_opacity = opacity;
         network.init_scale = scale;
         network.box = 0.5;
-        if (network.positions == kHeadBox) network.init_scale.bias = 0.3F;
         Batch batch(network, training);
         const std::size_t pixels = 64, planes = network.input_channels();
         for (std::size_t i = 0; i < batch.images.size(); ++i)
@@ -110,9 +109,7 @@ TEST_P(TrainerRules, HeadsLearnABatchByHeart) {
         for (int i = 0; i < 15; ++i) last = run(*trainer, batch);
         EXPECT_FALSE(last.skipped);
         EXPECT_GT(first.pairs, 0U);
-        // Gaussians of a box start in its middle, and move slowly.
-        EXPECT_LT(last.loss.total,
-                  (network.positions == kHeadBox ? 0.995 : 0.95) * first.loss.total);
+        EXPECT_LT(last.loss.total, 0.9 * first.loss.total);
     }
 }
 
