@@ -69,7 +69,7 @@ class MogeModel {
     std::unique_ptr<nn::Parameters> parameters_;
     std::vector<float> positions_, first_token_;  ///< [width,side,side], [width]
     std::vector<float> mean_, deviation_;         ///< of the channels
-    std::uint32_t rows_ = 0, columns_ = 0;        ///< of the graph
+    std::uint32_t rows_ = 0, columns_ = 0;        ///< size of the graph
     std::unique_ptr<nn::Graph> graph_;
     MogeValues values_;
     std::unique_ptr<nn::Executor> executor_;
