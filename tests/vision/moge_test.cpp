@@ -123,7 +123,7 @@ TEST_P(MogeModelTest, MakesMapsOfAnySizeAlike) {
     const auto again = need(model->run(wide, 70, 40, 24));
     EXPECT_EQ(again.points, first.points);
     EXPECT_EQ(again.normals, first.normals);
-    // As many patches as the table of positions has.
+    // The table of positions has as many patches.
     EXPECT_EQ(need(model->run(picture(20, 20), 20, 20, 25)).mask.size(), 400U);
 }
 
