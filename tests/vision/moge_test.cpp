@@ -79,7 +79,7 @@ TEST(MogeWeights, RefusesMissingFurtherAndWrongTensors) {
     const io::NamedTensors good = small_moge();
     EXPECT_ERROR(
         refusal(without(good, "neck.resamplers.3.1.bias")), Code::kFormat,
-        "1 of the network's 144 tensors are missing, first 'neck.resamplers.3.1.bias' [8]");
+        "1 of the network's 179 tensors are missing, first 'neck.resamplers.3.1.bias' [8]");
     EXPECT_ERROR(refusal(without(good, "encoder.backbone.blocks.1.ls2.gamma")), Code::kFormat,
                  "first 'encoder.backbone.blocks.1.ls2.gamma' [64]");
     EXPECT_ERROR(refusal(without(good, "encoder.backbone.blocks.0.mlp.fc1.weight")), Code::kFormat,
