@@ -8,8 +8,8 @@ namespace splat::io {
 
 const char* weights_format_name(WeightsFormat format);  ///< "safetensors", "pth", "npz"
 
-/// True for a file of such a format, or of such an extension (.safetensors, .pt, .pth), so that a damaged one is read as
-/// what it should be. False without a file.
+/// True for a file of such a format, or of such an extension (.safetensors, .pt, .pth), so that a damaged one is
+/// read as what it should be. False without a file.
 bool is_weights_file(const std::string& path);
 
 /// Weights of a .safetensors, .pth or .npz file; detected by its contents, not its name.

@@ -19,7 +19,7 @@ struct PriorMap {
     Extent size;
     std::uint32_t channels = 1;
     std::vector<float> values;  ///< [height,width,channels]
-    double focal = 0;           ///< of depth from points: the camera's focal length, pixels; else 0
+    double focal = 0;           ///< focal length of the camera that points tell, pixels; else 0
 };
 
 /// What a map is made of.

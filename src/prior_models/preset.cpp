@@ -88,7 +88,8 @@ std::string preset_path(const Preset& preset) {
     const std::string own = models_folder() + "/" + preset.file.name;
     fs::path path = os::path_of(own);
     std::error_code none;
-    if (preset.file.name.empty() || fs::is_regular_file(path, none)) return own;
+    if (preset.file.name.empty() || path.extension() == ".onnx" || fs::is_regular_file(path, none))
+        return own;
     for (const char* extension : {".safetensors", ".pt", ".onnx"})
         if (fs::is_regular_file(path.replace_extension(extension), none)) return os::text_of(path);
     return own;

@@ -98,8 +98,8 @@ Result<Preset> preset_of_file(const std::string& path);
 /// $HOME/.local/share/libsplat/priors, on Windows %LOCALAPPDATA%/libsplat/priors; empty if none is set.
 std::string models_folder();
 
-/// Where the preset's model is looked for: its file in models_folder(), or, where that is not, the same name with
-/// .safetensors, .pt or .onnx.
+/// Where the preset's model is looked for: its file in models_folder(), or, where that is not and would be weights, the
+/// same name with .safetensors, .pt or .onnx.
 std::string preset_path(const Preset& preset);
 
 }  // namespace splat::prior_models

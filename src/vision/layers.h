@@ -13,14 +13,14 @@ namespace splat::vision {
 enum class Form {
     kSame,        ///< the same numbers
     kThird,       ///< one of three equal parts of the rows
-    kTransposed,  ///< of a transposed convolution, [C,K,s,s]: [K*s*s,C,1,1]
+    kTransposed,  ///< weights of a transposed convolution, [C,K,s,s]: [K*s*s,C,1,1]
     kRepeated,    ///< each number as often as the kernel of a transposed convolution has places
 };
 
 /// Where a parameter's values come from.
 struct Origin {
     std::string tensor;              ///< name in the file
-    std::vector<std::int64_t> dims;  ///< its shape there
+    std::vector<std::int64_t> dims;  ///< shape there
     Form form = Form::kSame;
     std::uint32_t number = 0;  ///< kThird: which one; kRepeated: how often
     std::string rows_by =

@@ -13,7 +13,7 @@ using Dims = std::vector<std::int64_t>;
 
 constexpr const char* kPositions = "encoder.backbone.pos_embed";
 constexpr const char* kClassToken = "encoder.backbone.cls_token";
-constexpr const char* kMaskToken = "encoder.backbone.mask_token";  // of DINOv2's training
+constexpr const char* kMaskToken = "encoder.backbone.mask_token";  // for DINOv2's training
 constexpr const char* kMean = "encoder.image_mean";
 constexpr const char* kDeviation = "encoder.image_std";
 
@@ -123,7 +123,7 @@ Status MogeModel::load(const io::NamedTensors& tensors) {
 
 Status MogeModel::prepare(std::uint32_t rows, std::uint32_t columns) {
     if (executor_ && rows == rows_ && columns == columns_) return {};
-    executor_.reset();  // its memory goes first
+    executor_.reset();  // frees its memory first
     graph_ = std::make_unique<nn::Graph>(context_);
     Layers layers(*graph_, precision_);
     values_ = add_moge(layers, sizes_, rows, columns);

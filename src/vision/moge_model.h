@@ -65,11 +65,11 @@ class MogeModel {
     vk::Context& context_;
     MogeSizes sizes_;
     std::int64_t precision_;
-    std::unique_ptr<nn::Graph> first_graph_;  ///< that the parameters were made for
+    std::unique_ptr<nn::Graph> first_graph_;  ///< graph that the parameters were made for
     std::unique_ptr<nn::Parameters> parameters_;
     std::vector<float> positions_, first_token_;  ///< [width,side,side], [width]
-    std::vector<float> mean_, deviation_;         ///< of the channels
-    std::uint32_t rows_ = 0, columns_ = 0;        ///< of the graph
+    std::vector<float> mean_, deviation_;         ///< by channel
+    std::uint32_t rows_ = 0, columns_ = 0;        ///< size of the graph
     std::unique_ptr<nn::Graph> graph_;
     MogeValues values_;
     std::unique_ptr<nn::Executor> executor_;

@@ -66,7 +66,7 @@ TEST(PointDepth, FindsOnlyTheShiftOfAKnownCamera) {
     const auto made = need(point_depth(wall_points(45, 1.1, 1), {}, "points", focal));
     EXPECT_EQ(made.focal, focal);
     EXPECT_NEAR(made.shift, 1.1, 2e-3);
-    // Of a camera of twice the focal length the same points are farther away.
+    // A camera of twice the focal length sees the same points farther away.
     EXPECT_GT(need(point_depth(wall_points(45, 1.1, 1), {}, "points", 2 * focal)).shift, 2);
 }
 

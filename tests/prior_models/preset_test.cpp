@@ -174,6 +174,7 @@ TEST(Preset, AModelMayHaveAnotherForm) {
     EXPECT_EQ(preset_path(moge), folder + "/moge-2-vits-normal.pt");
     std::ofstream(folder + "/moge-2-vits-normal.safetensors") << "x";
     EXPECT_EQ(preset_path(moge), folder + "/moge-2-vits-normal.safetensors");
+    EXPECT_EQ(preset_path(preset_of("moge-2-vits").value()), folder + "/moge-2-vits-normal.onnx");
     std::ofstream(folder + "/moge-2-vits-normal.pt") << "x";
     EXPECT_EQ(preset_path(moge), folder + "/moge-2-vits-normal.pt");
     std::filesystem::remove_all(folder);

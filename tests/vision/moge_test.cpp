@@ -79,7 +79,7 @@ TEST(MogeWeights, RefusesMissingFurtherAndWrongTensors) {
     const io::NamedTensors good = small_moge();
     EXPECT_ERROR(
         refusal(without(good, "neck.resamplers.3.1.bias")), Code::kFormat,
-        "1 of the network's 144 tensors are missing, first 'neck.resamplers.3.1.bias' [8]");
+        "1 of the network's 179 tensors are missing, first 'neck.resamplers.3.1.bias' [8]");
     EXPECT_ERROR(refusal(without(good, "encoder.backbone.blocks.1.ls2.gamma")), Code::kFormat,
                  "first 'encoder.backbone.blocks.1.ls2.gamma' [64]");
     EXPECT_ERROR(refusal(without(good, "encoder.backbone.blocks.0.mlp.fc1.weight")), Code::kFormat,
@@ -123,7 +123,7 @@ TEST_P(MogeModelTest, MakesMapsOfAnySizeAlike) {
     const auto again = need(model->run(wide, 70, 40, 24));
     EXPECT_EQ(again.points, first.points);
     EXPECT_EQ(again.normals, first.normals);
-    // As many patches as the table of positions has.
+    // The table of positions has as many patches.
     EXPECT_EQ(need(model->run(picture(20, 20), 20, 20, 25)).mask.size(), 400U);
 }
 

@@ -58,7 +58,9 @@ TEST(ApiWeightsModel, MakesAllMapsAndTheFocalLengthInOnePass) {
     double focal = -1;
     EXPECT_DONE(splat_prior_model_run_focal(model, &picture, &maps, &focal, 1));
     EXPECT_TRUE(focal > 0 && std::isfinite(focal));
-    EXPECT_EQ(*std::max_element(depth.begin(), depth.end()), 1);
+    // Random points lie far away, so that the range of 1 / distance is near the map's epsilon.
+    EXPECT_EQ(*std::min_element(depth.begin(), depth.end()), 0);
+    EXPECT_GT(*std::max_element(depth.begin(), depth.end()), 0);
     for (std::size_t i = 0; i < kPixels; ++i) {
         double length = 0;
         for (std::size_t c = 0; c < 3; ++c) length += std::pow(2 * normal[3 * i + c] - 1, 2);

@@ -11,7 +11,8 @@ struct GeometryMaps {
 };
 
 /// Make maps of all photographs of a folder in OUT/geometry by one pass each of a network, as MoGe-2: a preset, or the
-/// file of a model. Maps that are there already are kept, if they are of the same photographs and model. Throws a Failure.
+/// file of a model. Maps that are there already are kept, if they are of the same photographs and model. Throws a
+/// Failure.
 GeometryMaps make_geometry_maps(const std::string& network, const std::string& photos,
                                 const std::string& out, const std::string& device, bool overwrite);
 

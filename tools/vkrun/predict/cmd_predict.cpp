@@ -27,8 +27,8 @@ picture in which none of these finds an object is taken whole, with a warning. I
 --object take an object of a data set, and the prediction is compared with its images.
 
 Networks with focal lengths of their own (data.fov 0) take that of the picture's Exif data, or --focal. What lacks of
-depth, normals, focal length and mask comes from one pass of --geometry, else of a preset moge-2-... of 'vkrun priors
-where' whose file is there; the output says what came from it.
+depth, normals and focal length, and a mask where nothing else finds an object, comes from one pass of --geometry, else
+of a preset moge-2-... of 'vkrun priors where' whose file is there; the output says what came from it.
 
 OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), sheet.png and report.html,
 which holds all pictures and facts, and in which the scene turns; those of an earlier run are replaced. Gaussians

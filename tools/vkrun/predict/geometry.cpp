@@ -48,18 +48,16 @@ double exif_focal(const std::string& path) {
     return info.focal;
 }
 
-}  // namespace
+/// What of a picture's geometry is wanted.
+struct Wanted {
+    bool depth = false, normal = false, focal = false, mask = false;
+    [[nodiscard]] bool any() const { return depth || normal || focal || mask; }
+};
 
-PictureGeometry picture_geometry(const PredictionOptions& options, const splat_predictor_info& info,
-                                 splat_device device, bool no_mask) {
+PictureGeometry run_network(const ModelSource& source, const std::string& image,
+                            const Wanted& wanted) {
     PictureGeometry made;
-    const bool depth = info.depth != 0 && options.depth.empty();
-    const bool normal = info.normal != 0 && options.normal.empty();
-    const bool focal = info.fov_degrees == 0 && !options.focal && exif_focal(options.images[0]) == 0;
-    if (!depth && !normal && !focal && !no_mask) return made;
-    const ModelSource source = source_of(options, device);
-    if (source.model.empty() && source.preset.empty()) return made;
-    const LoadedPicture picture = load_picture(options.images[0]);
+    const LoadedPicture picture = load_picture(image);
     const std::uint32_t width = picture.image.width, height = picture.image.height;
     const PriorModel model = load_prior_model(source);
     auto about = sized<splat_prior_model_info>();
@@ -74,23 +72,44 @@ PictureGeometry picture_geometry(const PredictionOptions& options, const splat_p
         made.used.emplace_back(what);
         return bytes_image(bytes.data(), width, height, channels);
     };
-    if (depth) maps.depth = want("depth", SPLAT_DATA_DEPTH, 1, made.depth_bytes);
-    if (normal) maps.normal = want("normals", SPLAT_DATA_NORMAL, 3, made.normal_bytes);
-    if (no_mask) maps.mask = want("mask", SPLAT_DATA_MASK, 1, made.mask.bytes);
-    if (focal) made.used.emplace_back("focal length");
+    if (wanted.depth) maps.depth = want("depth", SPLAT_DATA_DEPTH, 1, made.depth_bytes);
+    if (wanted.normal) maps.normal = want("normals", SPLAT_DATA_NORMAL, 3, made.normal_bytes);
+    if (wanted.mask) maps.mask = want("mask", SPLAT_DATA_MASK, 1, made.mask.bytes);
+    if (wanted.focal) made.used.emplace_back("focal length");
     double found = 0;
     const splat_result result =
         splat_prior_model_run_focal(model.get(), &picture.image, &maps, &found, 1);
     check(result, result == SPLAT_ERROR_INVALID_STATE ? kNotFinite : kBadData);
     made.depth = maps.depth;
     made.normal = maps.normal;
-    if (focal) made.focal = found;
-    if (!no_mask) return made;
+    if (wanted.focal) made.focal = found;
+    if (!wanted.mask) return made;
     made.mask.image = maps.mask;
     made.mask.preset = made.preset;
     drop_without_object(made.mask);
     if (made.mask.preset.empty()) std::erase(made.used, "mask");
+    if (!made.mask.warning.empty()) made.warnings.push_back(made.mask.warning);
     return made;
+}
+
+}  // namespace
+
+PictureGeometry picture_geometry(const PredictionOptions& options, const splat_predictor_info& info,
+                                 splat_device device, bool no_mask) {
+    const Wanted wanted = {
+        info.depth != 0 && options.depth.empty(), info.normal != 0 && options.normal.empty(),
+        info.fov_degrees == 0 && !options.focal && exif_focal(options.images[0]) == 0, no_mask};
+    const ModelSource source = source_of(options, device);
+    if (!wanted.any() || (source.model.empty() && source.preset.empty())) return {};
+    try {
+        return run_network(source, options.images[0], wanted);
+    } catch (const Failure& failure) {
+        if (!options.geometry.empty()) throw;
+        PictureGeometry none;
+        none.warnings.push_back("the model " + source.preset +
+                                " is at hand, but was not used: " + failure.what());
+        return none;
+    }
 }
 
 }  // namespace vkrun

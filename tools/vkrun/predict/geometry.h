@@ -17,12 +17,14 @@ struct PictureGeometry {
     NetworkMask mask;
     std::string preset;             ///< empty: no network ran
     std::vector<std::string> used;  ///< "depth", "normals", "mask", "focal length"
+    std::vector<std::string> warnings;
 };
 
 /// Run the network that options.geometry names (a preset, or the file of a model), else one whose file is where 'vkrun
 /// priors where' says, on the picture, if the predictor needs maps or a focal length that the options lack and the
-/// picture's Exif data does not tell, or if `no_mask`: the object is found by nothing better. Its mask shows where the
-/// picture has geometry, so it is left out where that is nearly all of it. Throws a Failure.
+/// picture's Exif data does not tell, or if `no_mask`: nothing marks the object. The network's mask shows where the
+/// picture has geometry, so it is left out where that is nearly all of it. Throws a Failure, except for a network that
+/// nobody named, of which a warning tells.
 PictureGeometry picture_geometry(const PredictionOptions& options, const splat_predictor_info& info,
                                  splat_device device, bool no_mask);
 

@@ -34,12 +34,12 @@ void run_network(const std::string& model, const std::string& preset, const Load
 
 }  // namespace
 
-bool found_by_alpha(const splat_image& picture) {
+splat_found found_without_network(const splat_image& picture) {
     std::vector<std::uint8_t> bytes(std::size_t{picture.width} * picture.height);
     const splat_image mask = bytes_image(bytes.data(), picture.width, picture.height, 1);
     splat_found found = 0;
     check(splat_picture_mask(&picture, &mask, &found));
-    return found == SPLAT_FOUND_BY_ALPHA;
+    return found;
 }
 
 void drop_without_object(NetworkMask& mask) {
@@ -79,7 +79,7 @@ NetworkMask network_mask(const PredictionOptions& options) {
     if (!named) preset = mask_preset_at_hand();
     if (model.empty() && preset.empty()) return mask;
     const LoadedPicture picture = load_picture(options.images[0]);
-    if (found_by_alpha(picture.image)) return mask;
+    if (found_without_network(picture.image) == SPLAT_FOUND_BY_ALPHA) return mask;
     try {
         run_network(model, preset, picture, mask);
         drop_without_object(mask);

@@ -18,8 +18,8 @@ struct NetworkMask {
     std::string warning;  ///< why a network at hand gave none; may be empty
 };
 
-/// The picture's alpha marks an object.
-bool found_by_alpha(const splat_image& picture);
+/// What marks the object of a picture: its alpha, its border, or nothing.
+splat_found found_without_network(const splat_image& picture);
 
 /// Leave out a mask of nothing or of everything, by the bounds that the library has for the border's, with a warning.
 void drop_without_object(NetworkMask& mask);

@@ -106,8 +106,9 @@ std::vector<float> vector_of(const std::string& path, const char* option) {
 /// Geometry of the picture where something is needed that the options lack; no_mask: nothing has marked the object.
 PictureGeometry geometry_of(const PredictionOptions& options, const splat_predictor_info& info,
                             splat_device device, const NetworkMask& mask) {
-    const bool no_mask = options.mask.empty() && !options.whole && mask.image.pixels == nullptr &&
-                         !found_by_alpha(load_picture(options.images[0]).image);
+    const bool no_mask =
+        options.mask.empty() && !options.whole && mask.image.pixels == nullptr &&
+        found_without_network(load_picture(options.images[0]).image) == SPLAT_FOUND_NOTHING;
     return picture_geometry(options, info, device, no_mask);
 }
 
@@ -147,8 +148,7 @@ Predicted read_photo(const PredictionOptions& options, splat_device device,
     picture.embedding_count = embedding.size();
     picture.tokens = options.tokens.empty() ? nullptr : tokens.data();
     picture.token_count = tokens.size();
-    if (!geometry.preset.empty() && mask.image.pixels == nullptr && mask.warning.empty())
-        mask = geometry.mask;
+    if (geometry.mask.image.pixels != nullptr) mask = geometry.mask;
     picture.mask.pixels = mask.image;
     picture.depth.pixels = geometry.depth;
     picture.normal.pixels = geometry.normal;
@@ -163,6 +163,7 @@ Predicted read_photo(const PredictionOptions& options, splat_device device,
         task.photo[key] = found.at(key);
     if (!mask.preset.empty()) task.photo["mask"] = "network " + mask.preset;
     if (!mask.warning.empty()) task.warnings.push_back(mask.warning);
+    for (const std::string& warning : geometry.warnings) task.warnings.push_back(warning);
     if (!geometry.used.empty())
         task.photo["geometry"] = {{"preset", geometry.preset}, {"used", geometry.used}};
     if (found.at("mask") == "nothing" && !options.whole && info.views == 1 && mask.warning.empty())

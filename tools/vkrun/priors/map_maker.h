@@ -20,7 +20,7 @@ struct MapOptions {
     std::string shard;
     std::uint32_t batch = 4;
     std::uint32_t threads = 0, tokens = 0;
-    std::string device = "best";  ///< of models that are weights
+    std::string device = "best";  ///< device of models that are weights
     DepthOptions depth;  ///< normals without a model, edges of depth maps
     EdgeOptions edges;
     bool all = false;  ///< every map that the model makes
@@ -47,7 +47,7 @@ struct ModelSource {
     std::string model, preset, runtime;
     std::uint32_t threads = 0, tokens = 0;
     bool numbers = false;         ///< SPLAT_PRIOR_MODEL_NUMBERS
-    std::string device = "best";  ///< of weights, if `on` is none
+    std::string device = "best";  ///< device of weights, if `on` is none
     splat_device on = nullptr;
 };
 
