@@ -289,7 +289,7 @@ TEST(RasterizeReference, RayBoxesAreExact) {
         EXPECT_LE(std::max(box[0], box[2]), kBegin + 4) << seed;
         EXPECT_GE(std::min(box[1], box[3]), kEnd - 4) << seed;
     }
-    EXPECT_GT(tight, 50U);
+    EXPECT_GT(tight, 30U);
     EXPECT_GT(cut, 20U);
 }
 
