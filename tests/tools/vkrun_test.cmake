@@ -1814,13 +1814,13 @@ function(WeightsMakePriors)
   expect("${out}" "^depth, normals by moge-2-vits-normal")
   vkrun(4 predict ${picture} --weights cars64-depth-normal --geometry nothing --out ${TEMP}/predicted)
   expect("${err}" "there is no preset 'nothing'")
-  # A fit makes both maps and begins with the depth.
-  vkrun(0 fit ${TEMP}/photos --out ${TEMP}/run --geometry moge-2-vits-normal --steps 2 --max-gaussians 500 --json)
+  # A fit makes both maps. It begins with the depth where the data has points.
+  vkrun(0 fit ${TEMP}/photos --out ${TEMP}/run --geometry moge-2-vits-normal --init random --steps 2
+        --max-gaussians 500 --json)
   expect_json("${out}" 2 steps)
   file(READ ${TEMP}/run/config.json config)
-  expect_json("${config}" "${TEMP}/run/geometry/depth" depth)
-  expect_json("${config}" "${TEMP}/run/geometry/normal" normals)
-  expect_json("${config}" depth init)
+  expect_json("${config}" "${TEMP}/run-geometry/depth" depth)
+  expect_json("${config}" "${TEMP}/run-geometry/normal" normals)
 endfunction()
 
 function(PriorsSayWhereModelsAre)

@@ -37,8 +37,8 @@ sharpest frames are taken (docs/fit-photographs.md). --object leaves out what is
 Maps of --depth and --normals are named like the photographs (NAME.png, .npy or .pfm), of their stored size, and
 needed for those that are fitted: 'vkrun priors depth photos/images --out photos' makes photos/depth. Depth is relative
 and larger is nearer, or with --set depth_is_distance=true distances, 0 where not known. It is aligned with the points
-in each view. --init depth begins with points on the depth maps as well. --geometry makes both of what lacks in OUT,
-and begins with depth unless --init says otherwise.
+in each view. --init depth begins with points on the depth maps as well. --geometry makes what lacks of both in
+OUT-geometry, and begins with depth unless --init says otherwise.
 
 OUT holds scene.ply, report.html, which is renewed at validations, loads itself again and turns the scene at the end,
 config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard (tb/), pictures of held-out photographs

@@ -41,7 +41,14 @@ void drop_unknown(const std::string& depth_path, const std::string& mask_path) {
     check(splat_image_save(depth_path.c_str(), &depth.image), kFailed);
 }
 
-/// True if OUT's maps are of other photographs; notes these ones.
+/// OUT-geometry: a folder with other files than a run's cannot become that of a run.
+fs::path folder_beside(const std::string& out) {
+    fs::path run = os::path_of(out).lexically_normal();
+    if (!run.has_filename()) run = run.parent_path();
+    return os::path_of(os::text_of(run) + "-geometry");
+}
+
+/// True if the folder's maps are of other photographs; notes these ones.
 bool of_others(const fs::path& folder, const std::string& photos) {
     const fs::path note = folder / "photographs.txt";
     const std::string now = os::text_of(fs::weakly_canonical(os::path_of(photos))) + "\n";
@@ -56,7 +63,7 @@ bool of_others(const fs::path& folder, const std::string& photos) {
 
 GeometryMaps make_geometry_maps(const std::string& network, const std::string& photos,
                                 const std::string& out, const std::string& device, bool overwrite) {
-    const fs::path folder = os::path_of(out) / "geometry";
+    const fs::path folder = folder_beside(out);
     MapOptions options;
     options.map = "depth";
     options.all = true;

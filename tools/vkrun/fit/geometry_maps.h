@@ -10,7 +10,7 @@ struct GeometryMaps {
     std::string normals;  ///< NAME.npy
 };
 
-/// Make maps of all photographs of a folder in OUT/geometry by one pass each of a network, as MoGe-2: a preset, or the
+/// Make maps of all photographs of a folder in OUT-geometry by one pass each of a network, as MoGe-2: a preset, or the
 /// file of a model. Maps that are there already are kept, if they are of the same photographs and model. Throws a
 /// Failure.
 GeometryMaps make_geometry_maps(const std::string& network, const std::string& photos,
