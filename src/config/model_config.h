@@ -48,8 +48,8 @@ enum class Network : int {
 /// Sizes of LGM's network. One entry of a list is a level, from the image inwards and back.
 struct LgmUnetConfig {
     static constexpr int kDownNets = 2;  ///< nets of a level inwards; one more on the way back
-    static constexpr std::uint32_t kGroups = 32;              ///< of its normalisations
-    static constexpr std::uint32_t kHeads = 16;               ///< of its attention
+    static constexpr std::uint32_t kGroups = 32;              ///< each normalisation has so many
+    static constexpr std::uint32_t kHeads = 16;               ///< each attention has so many
     std::vector<std::uint32_t> down, up;                      ///< channels
     std::vector<std::uint32_t> down_attention, up_attention;  ///< 1: the level has attention
 };

@@ -43,7 +43,7 @@ ValueId LgmUnet::conv(const std::string& name, ValueId x, std::uint32_t out, std
     return convolve(x, weight, parameter(name + ".bias", {out}, kNoBias), residual);
 }
 
-/// Of the channels of each pixel; the published weight has two dimensions.
+/// A product for the channels of each pixel; the published weight has two dimensions.
 ValueId LgmUnet::linear(const std::string& name, ValueId x, std::uint32_t out, bool bias,
                         ValueId residual) {
     if (!graph_.status().ok()) return kNoValue;

@@ -11,7 +11,7 @@ namespace splat::predict {
 ///
 /// Source  Tang et al. 2024, arXiv:2402.05054, section 3.2, and the published code
 
-/// Of the first camera from the origin: the middle of data.znear and data.zfar, 1.5 for published weights.
+/// Distance of the first camera from the origin: the middle of data.znear and data.zfar, 1.5 for published weights.
 double camera_distance(const config::ModelConfig& network);
 
 /// World-to-camera matrices of as many cameras at equal angles around the object, level with it: from the front, the

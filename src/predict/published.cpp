@@ -127,7 +127,7 @@ bool of_one_network(const Traits& a, const Traits& b) {
     return a.front().first == b.front().first;
 }
 
-/// Of traits of one network.
+/// One network by its traits.
 std::vector<std::string> differences_of(const Traits& file, const Known& known) {
     std::vector<std::string> differences;
     for (std::size_t i = 0; i < file.size(); ++i)
@@ -154,7 +154,7 @@ Traits lgm_traits(const std::array<std::vector<std::int64_t>, 4>& levels, std::i
             {"the count of output channels", text_of(out)}};
 }
 
-/// Of tensors under the names of LGM's network.
+/// Traits of tensors under the names of LGM's network.
 Traits lgm_traits(const NamedTensors& tensors) {
     std::array<std::vector<std::int64_t>, 4> levels;
     for (const std::size_t way : {0U, 1U})

@@ -64,7 +64,7 @@ TEST_F(ApiOpRefuses, UnknownTypes) {
     OpRequest request = linear();
     for (const char* type : {"conv9d", "", "LINEAR", "linear "}) {
         request.type = type;
-        expect(request, kArgument, "group_norm, l1, l2, linear");
+        expect(request, kArgument, "group_norm, l1, l2, layer_norm, linear");
     }
     request.type = nullptr;
     expect(request, kArgument, "type is NULL");

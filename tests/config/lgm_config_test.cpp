@@ -45,7 +45,7 @@ TEST(LgmConfig, IsReadWrittenAndReadAgain) {
         EXPECT_EQ(other.find(key), std::string::npos) << "earlier configurations do not change";
 }
 
-/// 3DTopia/LGM fe8d12c: core/options.py. Splats of a side, and Gaussians of four views.
+/// 3DTopia/LGM fe8d12c, its options. Splats of a side, and Gaussians of four views.
 TEST(LgmConfig, PresetsAreThePublishedOnes) {
     struct Case {
         const char* name;
