@@ -220,6 +220,9 @@ constexpr Key kModelKeys[] = {
                  "fewer pixels than the image has."}),
     where(kLgm, {"model.up_attention", kNetwork<&P::lgm, &LgmUnetConfig::up_attention>,
                  Values{0, 1}, kOurs, "For each of them 1 if it has attention, else 0."}),
+};
+
+constexpr Key kGaussianKeys[] = {
     {"model.max_sh_degree",
      kNetwork<&P::sh_degree>,
      {0, 1},
@@ -416,9 +419,9 @@ constexpr auto join(const Sections&... sections) {
 }
 
 /// Constant, so that it needs no allocation, which could fail.
-constexpr auto kKeys =
-    join(kDataKeys, kListKeys, kSourceKeys, kEmbeddingKeys, kModelKeys, kHeadKeys, kAdapterKeys,
-         kOptimiserKeys, kFirstTermKeys, kEdgeKeys, kMoreTermKeys, kUpdateKeys, kRunKeys);
+constexpr auto kKeys = join(kDataKeys, kListKeys, kSourceKeys, kEmbeddingKeys, kModelKeys,
+                            kGaussianKeys, kHeadKeys, kAdapterKeys, kOptimiserKeys, kFirstTermKeys,
+                            kEdgeKeys, kMoreTermKeys, kUpdateKeys, kRunKeys);
 
 }  // namespace
 

@@ -55,7 +55,7 @@ class Comparison {
     void median(const RasterOutputs& got, const RasterOutputs& expected) {
         const std::vector<double>& late = expected.median;
         if (!begins("median", got.median.size(), late.size())) return;
-        const double bound = allowed("median", late, 0, 1);
+        const double bound = allowed(subject_.rays ? "median_of_rays" : "median", late, 0, 1);
         for (std::size_t i = 0; i < late.size(); ++i) {
             if (subject_.fragile[i] && !is_float64(subject_.judge)) continue;
             const double early = expected.median_early[i];

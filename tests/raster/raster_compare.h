@@ -29,6 +29,7 @@ struct RasterSubject {
     /// What the reference in float32 gives, or null: its errors times kRasterOfFloat32 are allowed,
     /// too.
     const RasterGradients* in_float = nullptr;
+    bool rays = false;  ///< depths are those of maxima along rays
 };
 
 /// Images off the fragile pixels and loosely on them, results of the projection, counts. A failure

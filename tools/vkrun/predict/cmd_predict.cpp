@@ -186,6 +186,40 @@ void add_map_options(CLI::App& command, PredictionOptions& o) {
         ->check(CLI::IsMember({"nearer", "farther"}));
     command.add_option("--normal", o.normal, "Normal map, for networks that take one")
         ->type_name("FILE");
+    command
+        .add_option("--embedding", o.embedding,
+                    "The picture's embedding, for networks that take one: .npz or .safetensors of "
+                    "one array")
+        ->type_name("FILE");
+    command
+        .add_option("--tokens", o.tokens,
+                    "Its tokens, for networks that take them: such a file of [token_dim, tokens]")
+        ->type_name("FILE");
+}
+
+/// What is drawn, and predicted again.
+void add_view_options(CLI::App& command, PredictionOptions& o) {
+    command.add_option("--views", o.views, "Number of novel views")
+        ->type_name("N")
+        ->capture_default_str();
+    command.add_option("--elevation", o.elevation, "Degrees of the orbit above the horizon")
+        ->type_name("DEG")
+        ->capture_default_str();
+    command
+        .add_option("--true-depth", o.true_depth,
+                    "True depth map of IMAGE to compare with, at any scale; larger is farther")
+        ->type_name("FILE");
+    command
+        .add_option("--aggregate", o.aggregate,
+                    "Predict from so many drawn views of the prediction as well, and join all; "
+                    "F3D-Gaus\nhas 8")
+        ->type_name("N");
+    command
+        .add_option("--convention", o.convention,
+                    "How these views and the results are drawn: 3dgs, or ray_maximum as F3D-Gaus")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"3dgs", "ray_maximum"}))
+        ->capture_default_str();
 }
 
 }  // namespace
@@ -218,15 +252,6 @@ void add_predict(CLI::App& app, int& exit_code) {
     add_network_options(*command, o.config, o.adapters);
     add_map_options(*command, o);
     command
-        ->add_option("--embedding", o.embedding,
-                     "The picture's embedding, for networks that take one: .npz or .safetensors of "
-                     "one array")
-        ->type_name("FILE");
-    command
-        ->add_option("--tokens", o.tokens,
-                     "Its tokens, for networks that take them: such a file of [token_dim, tokens]")
-        ->type_name("FILE");
-    command
         ->add_option("--mask-preset", o.mask_preset,
                      "Kind of model that makes the mask, where IMAGE has no alpha that does")
         ->type_name("NAME");
@@ -250,27 +275,7 @@ void add_predict(CLI::App& app, int& exit_code) {
         ->add_option("--origin-distance", o.origin_distance,
                      "Distance of the object's origin, for networks that take it")
         ->type_name("X");
-    command->add_option("--views", o.views, "Number of novel views")
-        ->type_name("N")
-        ->capture_default_str();
-    command->add_option("--elevation", o.elevation, "Degrees of the orbit above the horizon")
-        ->type_name("DEG")
-        ->capture_default_str();
-    command
-        ->add_option("--true-depth", o.true_depth,
-                     "True depth map of IMAGE to compare with, at any scale; larger is farther")
-        ->type_name("FILE");
-    command
-        ->add_option("--aggregate", o.aggregate,
-                     "Predict from so many drawn views of the prediction as well, and join all; "
-                     "F3D-Gaus\nhas 8")
-        ->type_name("N");
-    command
-        ->add_option("--convention", o.convention,
-                     "How these views and the results are drawn: 3dgs, or ray_maximum as F3D-Gaus")
-        ->type_name("NAME")
-        ->check(CLI::IsMember({"3dgs", "ray_maximum"}))
-        ->capture_default_str();
+    add_view_options(*command, o);
     command->add_option("--out", o.out, "Folder for the results")
         ->type_name("DIR")
         ->capture_default_str();
