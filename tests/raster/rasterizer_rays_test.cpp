@@ -24,8 +24,8 @@ double expect_rays(vk::Context& context, const RasterCase& from, const RasterMod
     // Without a dilation what is flat is as thin as needles are.
     const bool thin = has_needles(from) || std::ranges::count(from.scales, 0.0F) > 0;
     const RasterJudge judge = thin ? RasterJudge::kFloat32Needles : RasterJudge::kFloat32;
-    RasterSubject subject = {from.name + " " + mode.name, judge, fragile_pixels(scene),
-                                   hostile, from.opacities};
+    RasterSubject subject = {from.name + " " + mode.name, judge, fragile_pixels(scene), hostile,
+                             from.opacities};
     subject.rays = true;
     const RasterRun run = run_raster(context, from, raster_desc(from, mode));
     EXPECT_OK(run.status) << subject.what;
