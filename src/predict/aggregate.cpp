@@ -73,8 +73,8 @@ Result<gaussians::Downloaded> Predictor::aggregate(const Views& views, const Agg
         const auto rasterizer,
         raster::Rasterizer::create(context_, drawn_views_desc(model_->set_desc(), count,
                                                               resolution(), options.convention)));
-    SPLAT_ASSIGN(const DrawnViews drawn,
-                 draw_views(context_, *rasterizer, model_->set(0), cameras, background_));
+    SPLAT_ASSIGN(const DrawnViews drawn, draw_views(context_, *rasterizer, model_->set(0), cameras,
+                                                    background_, config().zfar));
     std::vector<scene::Mat4> poses = {scene::kNoPose};
     for (const scene::Camera& camera : cameras)
         poses.push_back(scene::inverse_of_rigid(camera.world_to_camera));

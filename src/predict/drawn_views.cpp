@@ -23,7 +23,7 @@ raster::RasterDesc drawn_views_desc(const gaussians::SetDesc& set, std::uint32_t
 Result<DrawnViews> draw_views(vk::Context& context, raster::Rasterizer& rasterizer,
                               const gaussians::SetViews& scene,
                               std::span<const scene::Camera> cameras,
-                              const std::array<float, 3>& background) {
+                              const std::array<float, 3>& background, float beyond) {
     const raster::RasterDesc& desc = rasterizer.desc();
     SPLAT_ASSIGN(const raster::PackedViews packed, raster::pack_views(desc, cameras, background));
     SPLAT_TRY(rasterizer.forward(scene, packed));
@@ -34,6 +34,7 @@ Result<DrawnViews> draw_views(vk::Context& context, raster::Rasterizer& rasteriz
                            drawn.quads.size() * sizeof(float)));
     SPLAT_TRY(context.read(rasterizer.workspace().median.range(), drawn.depths.data(),
                            drawn.depths.size() * sizeof(float)));
+    std::ranges::replace(drawn.depths, 0.0F, beyond);
     return drawn;
 }
 

@@ -12,7 +12,7 @@ namespace splat::predict {
 struct DrawnViews {
     std::size_t side = 0;       ///< R
     std::vector<float> quads;   ///< [n,R,R,4] RGB and alpha
-    std::vector<float> depths;  ///< [n,R,R] median depth, scene units; 0 where nothing is
+    std::vector<float> depths;  ///< [n,R,R] median depth, scene units
 
     /// Add the planes [5,R,R] of a view: RGB and alpha from 0 to 1, depth.
     void append_planes(std::size_t view, std::vector<float>& to) const;
@@ -26,10 +26,11 @@ bool takes_drawn_views(const config::ModelConfig& network);
 raster::RasterDesc drawn_views_desc(const gaussians::SetDesc& set, std::uint32_t views,
                                     std::uint32_t side, raster::Convention convention);
 
-/// Draw and read them. Errors: those of raster::pack_views, of the rasterizer and of Context::read.
+/// Draw and read them. Depth is `beyond` where nothing is drawn. The published program leaves 0 there, which puts
+/// Gaussians into the camera, where they fill other images. Errors: those of raster::pack_views, of the rasterizer and of Context::read.
 Result<DrawnViews> draw_views(vk::Context& context, raster::Rasterizer& rasterizer,
                               const gaussians::SetViews& scene,
                               std::span<const scene::Camera> cameras,
-                              const std::array<float, 3>& background);
+                              const std::array<float, 3>& background, float beyond);
 
 }  // namespace splat::predict

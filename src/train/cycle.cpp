@@ -69,7 +69,7 @@ Status Trainer::draw_cycle(const TrainBatch& batch, CycleInputs& made, TrainStep
         SPLAT_ASSIGN(
             const predict::DrawnViews drawn,
             predict::draw_views(context_, *drawer_, model_->set(object % config_.micro_batch),
-                                {&camera, 1}, background));
+                                {&camera, 1}, background, model_->config().zfar));
         drawn.append_planes(0, made.images);
         SPLAT_TRY(context_.run(keep_[object]));
         const scene::Mat4 poses[] = {scene::kNoPose,
