@@ -7,6 +7,7 @@
 #include "core/finite.h"
 #include "core/os/path.h"
 #include "io/file.h"
+#include "predict/published.h"
 #include "predict/weights_place.h"
 #include "train/splatter_training.h"
 
