@@ -54,13 +54,13 @@ struct MeshMaterial {
 struct TriangleMesh {
     std::vector<Vec3> vertices = {};
     std::vector<Triangle> triangles = {};
-    std::vector<std::array<float, 3>> normals = {};    ///< of any length; 0: not known
+    std::vector<std::array<float, 3>> normals = {};    ///< any lengths; 0: not known
     std::vector<std::array<float, 2>> texcoords = {};  ///< u to the right, v from the top down
     std::vector<std::array<float, 4>> colors =
-        {};  ///< of vertices, linear, and opacity; may be none
+        {};  ///< for each vertex, linear, and opacity; or none
     std::vector<Triangle> normal_indices = {};
     std::vector<Triangle> texcoord_indices = {};
-    std::vector<std::uint32_t> material_of = {};  ///< of triangles; none: all have material 0
+    std::vector<std::uint32_t> material_of = {};  ///< for each triangle; none: all have 0
     std::vector<MeshMaterial> materials = {};     ///< none: all is white
     std::vector<Texture> textures = {};
 };
@@ -73,7 +73,7 @@ Status check_mesh(const TriangleMesh& mesh);
 struct MeshMeasures {
     Vec3 low{};  ///< corners of their box
     Vec3 high{};
-    double area = 0;              ///< of all triangles
+    double area = 0;              ///< the sum over all triangles
     std::uint64_t zero_area = 0;  ///< triangles without area
     std::uint64_t unused = 0;     ///< vertices that no triangle names
 };

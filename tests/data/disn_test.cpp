@@ -23,7 +23,7 @@ constexpr const char* kObject = "03001627/1a2b";
 
 struct View {
     double azimuth, elevation, ratio;  ///< degrees
-    Vec3 shift;                        ///< as the file has it
+    Vec3 shift;                        ///< in the axes of the file
 };
 
 /// What a ray of direction `d` from `from` meets of a box around `center`: distance along d, outward normal.

@@ -11,7 +11,7 @@ SPLAT_FUZZ_TARGET(io::Bytes file) {
         for (const scene::Vec3& vertex : surface.value().mesh.vertices)
             fuzz::require(scene::is_finite(vertex));
     io::MeshOptions options;
-    options.lenient = true;  // its materials are files
+    options.lenient = true;  // materials are files
     const auto read = io::read_obj(file, options);
     if (!fuzz::accepted(read.status())) return;
     const scene::TriangleMesh& mesh = read.value().mesh;

@@ -17,12 +17,12 @@ namespace fs = std::filesystem;
 using disn::kMetadata;
 using disn::Shift;
 
-constexpr std::size_t kMostDisnViews = 100;  ///< that two digits number
+constexpr std::size_t kMostDisnViews = 100;  ///< two digits number them
 constexpr const char* kSets[] = {"easy", "hard"};
 
 struct DisnObject {
     std::string below;                        ///< <category>/<object>
-    std::array<std::uint32_t, 2> views = {};  ///< of the easy and of the hard ones
+    std::array<std::uint32_t, 2> views = {};  ///< easy ones, hard ones
     bool has_depth = false;
 };
 

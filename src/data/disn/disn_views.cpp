@@ -137,7 +137,7 @@ void ShiftTest::add(const View& view, Depth depth) {
 }
 
 Result<Shift> ShiftTest::result(const std::string& object) {
-    constexpr double kSameDepth = 0.02;  // of steps of 0.003; a wrong choice has some 0.15
+    constexpr double kSameDepth = 0.02;  // steps are 0.003; a wrong choice has some 0.15
     if (pairs_ == 0)
         return damaged("'%s': no two hard views show enough depth to tell whether the object moved",
                        object.c_str());

@@ -16,9 +16,9 @@ inline constexpr const char* kMetadata = "rendering_metadata.txt";
 /// A line of rendering_metadata.txt.
 struct View {
     double azimuth = 0, elevation = 0;  ///< radians
-    double distance = 0;                ///< of the camera from the origin
+    double distance = 0;                ///< from the origin to the camera
     double focal = 0;                   ///< in widths
-    scene::Vec3 shift{};                ///< of the object, in the axes of its .obj
+    scene::Vec3 shift{};                ///< where the object is moved, in the axes of its .obj
 };
 
 /// The lines of a file. Errors: as read_file(); kFormat, naming the line.
@@ -64,7 +64,7 @@ class ShiftTest {
     View last_;
     Depth before_;
     std::size_t pairs_ = 0;
-    std::vector<double> differences_[2];  ///< of depth, by Shift
+    std::vector<double> differences_[2];  ///< by Shift: distances in depth
 };
 
 }  // namespace splat::data::disn

@@ -184,7 +184,7 @@ class SurfaceBuilder {
     scene::TriangleMesh& mesh_;
     bool with_normals_ = false, with_texcoords_ = false, with_colors_ = false;
     std::size_t bad_normals_ = 0, bad_texcoords_ = 0;
-    std::vector<float> numbers_;  ///< of one attribute
+    std::vector<float> numbers_;  ///< one attribute's
     /// Where the vertices of a source are, in the placement that is being read.
     std::map<std::array<std::uint64_t, 4>, std::uint32_t> bases_;
     const Placement* placement_ = nullptr;

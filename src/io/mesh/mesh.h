@@ -15,7 +15,7 @@ namespace splat::io {
 
 struct MeshOptions {
     std::uint64_t max_triangles = 100'000'000;
-    std::uint64_t max_texels = 1ULL << 27U;  ///< of all textures, 4 bytes each
+    std::uint64_t max_texels = 1ULL << 27U;  ///< in all textures, 4 bytes each
     bool surface_only = false;  ///< vertices and triangles; what looks depend on is not read
     bool lenient = false;       ///< textures and materials that cannot be read are left out
     /// Where the files are that a mesh names; nothing: such files are refused.

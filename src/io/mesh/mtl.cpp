@@ -11,9 +11,6 @@
 namespace splat::io {
 namespace {
 
-/// Keywords that begin a line; they are listed once each, as what is left out.
-constexpr std::size_t kMostIgnored = 100;
-
 class MtlReader {
   public:
     MtlReader(Bytes file, std::set<std::string>& ignored)
@@ -49,9 +46,7 @@ class MtlReader {
         return read_opacity(words, keyword == "Tr");
     }
 
-    void ignore(const std::string& what) {
-        if (ignored_.size() < kMostIgnored) ignored_.insert("material's " + shown(what, 40));
-    }
+    void ignore(const std::string& what) { add_ignored(ignored_, "material's " + shown(what, 40)); }
 
     Status read_number(Words& words, float& value, const char* field) {
         double number = 0;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "io/file.h"
 #include "io/mesh/mesh.h"
@@ -279,7 +280,7 @@ class ObjReader {
     Status name_library(Words& words) {
         const std::string name = words.rest();
         if (name.empty()) return lines_.bad("there is no name of a file");
-        if (std::ranges::find(libraries_, name) == libraries_.end()) libraries_.push_back(name);
+        if (known_libraries_.insert(name).second) libraries_.push_back(name);
         return {};
     }
 
@@ -289,7 +290,7 @@ class ObjReader {
             const Status read = read_libraries(library, found);
             if (read.ok()) continue;
             if (!options_.lenient) return read;
-            to_.ignored.insert(read.message());
+            add_ignored(to_.ignored, read.message());
         }
         mesh_.materials.resize(names_.size());
         MeshTextures textures(options_);
@@ -304,7 +305,7 @@ class ObjReader {
                         shown(names_[i], 80).c_str(), libraries_.size());
             // Many meshes are passed on without their files of materials, and name none.
             if (!options_.lenient && !libraries_.empty()) return missing;
-            to_.ignored.insert(missing.message());
+            add_ignored(to_.ignored, missing.message());
         }
         if (mesh_.normal_indices == mesh_.triangles &&
             mesh_.normals.size() == mesh_.vertices.size())
@@ -370,11 +371,12 @@ class ObjReader {
     bool left_out_[std::size(kLeftOut)] = {};
     std::size_t bad_normals_ = 0, bad_texcoords_ = 0, weights_ = 0;
     bool colored_ = false;
-    std::vector<std::string> names_ = {
-        ""};  ///< of materials; the first one is that of faces before any usemtl
+    /// Names of materials; the first one is that of faces before any usemtl.
+    std::vector<std::string> names_ = {""};
     std::map<std::string, std::size_t> numbers_;
     std::uint32_t material_ = 0;
     std::vector<std::string> libraries_;
+    std::set<std::string> known_libraries_;
     std::uint64_t mtl_bytes_left_ = kMaxMtlBytes;
 };
 

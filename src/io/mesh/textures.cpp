@@ -59,9 +59,14 @@ Result<std::uint32_t> MeshTextures::add(const std::string& key,
     if (const Status taken = take(); !taken.ok()) {
         const Status named(taken.code(), where + ": " + taken.message());
         if (!options_.lenient) return named;
-        to.ignored.insert(named.message());
+        add_ignored(to.ignored, named.message());
     }
     return known_[key] = index;
+}
+
+void add_ignored(std::set<std::string>& ignored, const std::string& what) {
+    constexpr std::size_t kMost = 100;
+    ignored.insert(ignored.size() < kMost ? what : "more of these");
 }
 
 Result<Buffer> read_beside(const std::optional<std::string>& folder, const std::string& name,

@@ -37,11 +37,14 @@ class MeshTextures {
 Result<Buffer> read_beside(const std::optional<std::string>& folder, const std::string& name,
                            std::uint64_t max_bytes);
 
+/// Adds what a file says besides, unless there are very many such things already.
+void add_ignored(std::set<std::string>& ignored, const std::string& what);
+
 /// A material of a .mtl file.
 struct MtlMaterial {
     std::string name;
     scene::MeshMaterial material;
-    std::string image;  ///< of map_Kd, as written; empty: none
+    std::string image;  ///< map_Kd as written; empty: none
 };
 
 /// The materials of a .mtl file in their order; what else it says is added to `ignored`.

@@ -103,7 +103,7 @@ Result<Accessor> accessor_at(Document& document, std::uint64_t index);
 /// How the numbers of an attribute may be stored, as Accessor::encoding() has it.
 using Encodings = std::span<const std::string_view>;
 inline constexpr std::string_view kFloat[] = {"float"};
-/// Those of positions; `quantized`: the file uses KHR_mesh_quantization.
+/// Encodings of positions; `quantized`: the file uses KHR_mesh_quantization.
 Encodings position_encodings(bool quantized);
 
 /// What the attribute `name` of a primitive at `where` holds, of `count` elements (0: of any number). Errors: kFormat
