@@ -302,7 +302,7 @@ TEST(DecodeBomb, MeshesOfGltf) {
         nodes += (i == 0 ? "" : ",") + std::string(R"({"mesh":0})");
         roots += (i == 0 ? "" : ",") + std::to_string(i);
     }
-    expect_harmless("gltf places", gltf_mesh(nodes, roots, zeros(3000)), "gltf: 100000000", read);
+    expect_harmless("gltf places", gltf_mesh(nodes, roots, zeros(3000)), "gltf: vertices", read);
     expect_harmless("gltf nodes", gltf_mesh(nodes, roots, zeros(30)), "", read);
     expect_harmless("gltf fan", gltf_mesh(R"({"mesh":0})", "0", zeros(2'000'000), R"(,"mode":6)"),
                     "gltf: ", read);

@@ -3,12 +3,13 @@
 #include <filesystem>
 #include <vector>
 
+#include "core/os/path.h"
 #include "core/status.h"
 #include "io/image.h"
 #include "scene/vector.h"
 
-// The views of DISN's renders: their cameras, and whether the object of a hard view moved. Source: cam_read.py and
-// render_blender.py of ShapenetRender_more_variation.
+// The views of DISN's renders: their cameras, and whether the object of a hard view moved. Source: the scripts of
+// ShapenetRender_more_variation.
 namespace splat::data::disn {
 
 inline constexpr const char* kMetadata = "rendering_metadata.txt";

@@ -44,8 +44,8 @@ Result<LoadedMesh> read_obj(Bytes file, const MeshOptions& options = {});
 
 /// The triangles of a .gltf or .glb file, as the scene that is shown first places them: indexed or not, strips and
 /// fans, positions of any type of KHR_mesh_quantization, COLOR_0, base colours and their textures with
-/// KHR_texture_transform, EXT_texture_webp, and the diffuse ones of KHR_materials_pbrSpecularGlossiness. Skins and morph
-/// targets are left out: a mesh has the shape of its positions. Nodes that mirror keep what is in front.
+/// KHR_texture_transform, EXT_texture_webp, and the diffuse ones of KHR_materials_pbrSpecularGlossiness. Skins and
+/// morph targets are left out: a mesh has the shape of its positions. Nodes that mirror keep what is in front.
 ///
 /// Memory       counted before it is taken, over all nodes
 /// Errors       kFormat, naming primitive and place: as the reader of Gaussians, an index of no vertex, positions that

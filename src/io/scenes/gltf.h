@@ -112,7 +112,7 @@ Result<Accessor> attribute_at(Document& document, const JsonTree& attributes,
                               const std::string& name, std::size_t components, Encodings encodings,
                               std::uint64_t count, const std::string& where);
 
-/// Writes whole numbers, of the types that indices have. Errors: kFormat for another type; kUnsupported for sparse ones.
+/// Writes whole numbers, of the types that indices have. Errors: kFormat for another type, kUnsupported for sparse ones
 Status copy_indices(const Accessor& accessor, std::uint32_t* to);
 
 /// Writes element i to to[i * step] and on: normalised integers as 0 to 1 or -1 to 1, others as they are. Errors:
