@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Usage: tests/interop/meshes.py DESCRIBE_MESH [NPM_FOLDER] [FOLDER]
 
-Meshes that trimesh and pygltflib write, and the bunny of an npm package, read by describe_mesh and by trimesh: triangles,
-boxes, areas, materials, texels. With FOLDER all .glb, .gltf and .obj below it, whoever wrote them.
+Meshes that trimesh and pygltflib write, and the bunny of an npm package, read by describe_mesh and by trimesh:
+triangles, boxes, areas, materials, texels. With FOLDER all .glb, .gltf and .obj below it, whoever wrote them.
 Exit status 77: skipped, with the reason.
 """
 import json

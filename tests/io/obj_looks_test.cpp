@@ -218,10 +218,9 @@ TEST(ObjVertices, NormalsOfCorners) {
     EXPECT_TRUE(smooth.mesh.normal_indices.empty());
     EXPECT_EQ(smooth.mesh.normals.size(), 4U);
     for (const auto& [text, sentence] :
-         {std::pair("f 1//1 2 3\n", "number 1 of normals, but the file has 0"),
-          std::pair("vt 0 0\nf 1/2 2/1 3/1\n",
-                    "number 2 of texture coordinates, but the file has 1"),
-          std::pair("vt 0 0\nf 1/1/1/1 2 3\n", "number 1 of normals"),
+         {std::pair("f 1//1 2 3\n", "names normal 1, but the file has 0"),
+          std::pair("vt 0 0\nf 1/2 2/1 3/1\n", "names texture coordinate 2, but the file has 1"),
+          std::pair("vt 0 0\nf 1/1/1/1 2 3\n", "names normal 1,"),
           std::pair("vn 0 0 1\nf 1//1/1 2 3\n", "a corner is '1//1/1', expected at most v/t/n"),
           std::pair("vn 0 0\n", "there is no number of a normal")})
         EXPECT_ERROR(read_obj(as_bytes(four + text)), Code::kFormat, sentence) << text;

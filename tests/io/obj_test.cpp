@@ -33,8 +33,7 @@ TEST(Obj, PolygonsBecomeFans) {
 }
 
 TEST(Obj, NegativeIndicesCountFromTheLatestVertex) {
-    const auto mesh =
-        need(read("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\nv 0 1 0\nf -1 -2 -4\n"));
+    const auto mesh = need(read("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\nv 0 1 0\nf -1 -2 -4\n"));
     EXPECT_EQ(mesh.triangles, (Triangles{{0, 1, 2}, {3, 2, 0}}));
 }
 
@@ -52,13 +51,13 @@ TEST(Obj, ErrorsNameTheLine) {
     const std::pair<std::string, const char*> formats[] = {
         {four + "f 1 2\n", "OBJ line 5: a face of 2 corners"},
         {four + "f\n", "OBJ line 5: a face of 0 corners"},
-        {four + "\n# gap\nf 1 2 5\n", "OBJ line 7: the face names number 5 of vertices, but the file has 4"},
+        {four + "\n# gap\nf 1 2 5\n", "OBJ line 7: the face names vertex 5, but the file has 4"},
         {four + "f 1 2 0\n", "OBJ line 5: a corner is '0'"},
-        {four + "f 1 2 -5\n", "OBJ line 5: a corner is -5, but 4 of vertices stand before it"},
+        {four + "f 1 2 -5\n", "OBJ line 5: a corner is -5, but 4 vertices stand before it"},
         {four + "f 1 2 x\n", "OBJ line 5: a corner is 'x'"},
         {four + "f 1 2 3.5\n", "OBJ line 5: a corner is '3.5'"},
         {four + "f 1 2 /3\n", "OBJ line 5: a corner is '/3'"},
-        {four + "f 1 2 4294967296\n", "OBJ line 5: the face names number 4294967296 of vertices"},
+        {four + "f 1 2 4294967296\n", "OBJ line 5: the face names vertex 4294967296"},
         {four + "f 1 2 99999999999999999999\n", "OBJ line 5"},
         {"v 1 2\n", "OBJ line 1: there is no coordinate"},
         {"v 1 2 x\n", "OBJ line 1: coordinate is 'x'"},

@@ -239,33 +239,41 @@ class ObjReader {
             text.remove_prefix(std::min(end + 1, text.size()));
             return found;
         };
-        SPLAT_TRY(index_of(part(), whole, "vertices", mesh_.vertices.size(), counts_.vertices,
-                           to.vertex));
+        const Indexed vertices{"vertex", "vertices", mesh_.vertices.size(), counts_.vertices};
+        SPLAT_TRY(index_of(part(), whole, vertices, to.vertex));
         if (options_.surface_only || text.empty()) return {};
+        const Indexed texcoords{"texture coordinate", "texture coordinates", mesh_.texcoords.size(),
+                                counts_.texcoords};
         if (const std::string_view t = part(); !t.empty())
-            SPLAT_TRY(index_of(t, whole, "texture coordinates", mesh_.texcoords.size(),
-                               counts_.texcoords, to.texcoord));
+            SPLAT_TRY(index_of(t, whole, texcoords, to.texcoord));
+        const Indexed normals{"normal", "normals", mesh_.normals.size(), counts_.normals};
         if (const std::string_view n = part(); !n.empty())
-            SPLAT_TRY(
-                index_of(n, whole, "normals", mesh_.normals.size(), counts_.normals, to.normal));
+            SPLAT_TRY(index_of(n, whole, normals, to.normal));
         if (text.empty()) return {};
         return lines_.bad("a corner is '" + shown(whole, 40) + "', expected at most v/t/n");
     }
 
+    /// What an index names: its name, and how many stand before the line and in the whole file.
+    struct Indexed {
+        const char* one;
+        const char* many;
+        std::uint64_t before, all;
+    };
+
     /// An index of the file, counted from 0: positive ones may name what follows, negative ones what stands before.
-    Status index_of(std::string_view text, std::string_view corner, const char* what,
-                    std::uint64_t before, std::uint64_t all, std::uint32_t& to) {
+    Status index_of(std::string_view text, std::string_view corner, const Indexed& of,
+                    std::uint32_t& to) {
         const std::int64_t given = number_in<std::int64_t>(text).value_or(0);
         if (given == 0)
-            return lines_.bad("a corner is '" + shown(corner, 40) + "', expected a number of " +
-                              what + ", not 0");
-        const auto count = static_cast<std::int64_t>(before);
+            return lines_.bad("a corner is '" + shown(corner, 40) + "', expected the number of a " +
+                              of.one + ", not 0");
+        const auto count = static_cast<std::int64_t>(of.before);
         if (given < 0 && given < -count)
-            return lines_.bad(format("a corner is %lld, but %llu of %s stand before it", lld(given),
-                                     llu(before), what));
-        if (given > 0 && static_cast<std::uint64_t>(given) > all)
-            return lines_.bad(format("the face names number %lld of %s, but the file has %llu",
-                                     lld(given), what, llu(all)));
+            return lines_.bad(format("a corner is %lld, but %llu %s stand before it", lld(given),
+                                     llu(of.before), of.many));
+        if (given > 0 && static_cast<std::uint64_t>(given) > of.all)
+            return lines_.bad(format("the face names %s %lld, but the file has %llu", of.one,
+                                     lld(given), llu(of.all)));
         to = static_cast<std::uint32_t>(given > 0 ? given - 1 : count + given);
         return {};
     }
