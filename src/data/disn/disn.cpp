@@ -91,6 +91,8 @@ Status DisnReader::open() {
 
 Result<bool> DisnReader::add_object(const std::string& below, const std::string& name) {
     const fs::path colors = folder(parts_.colors, below);
+    SPLAT_ASSIGN(const io::PathKind there, io::kind_of(os::text_of(colors)));
+    SPLAT_TRY(check_link(there, colors));
     DisnObject object;
     object.below = below;
     ViewNames names;
