@@ -83,7 +83,7 @@ MeshMeasures measure(const TriangleMesh& mesh);
 enum class MeshSize {
     kAsGiven,
     kUnitCube,      ///< the longest side of the box is 1
-    kUnitDiagonal,  ///< the diagonal of the box is 1, as SRN has ShapeNet's objects
+    kUnitDiagonal,  ///< the diagonal of the box is 1, as in ShapeNet (1.00 for an object in DISN's renders)
     kUnitSphere,    ///< the farthest vertex is at distance 1
 };
 
