@@ -6,11 +6,13 @@
 using namespace splat;
 
 SPLAT_FUZZ_TARGET(io::Bytes file) {
-    const auto surface = io::read_obj(file, {.surface_only = true});
+    io::MeshOptions options;
+    options.surface_only = true;
+    const auto surface = io::read_obj(file, options);
     if (fuzz::accepted(surface.status()))
         for (const scene::Vec3& vertex : surface.value().mesh.vertices)
             fuzz::require(scene::is_finite(vertex));
-    io::MeshOptions options;
+    options.surface_only = false;
     options.lenient = true;  // materials are files
     const auto read = io::read_obj(file, options);
     if (!fuzz::accepted(read.status())) return;
