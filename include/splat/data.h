@@ -34,7 +34,8 @@ typedef struct splat_dataset_desc {
     uint32_t flags; /* SPLAT_DATA_* */
     const void* next;
     const char* path;
-    /* "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder */
+    /* "store", "tables", "srn", "co3d", "nmr", "disn" (and its parts, "disn_easy", "disn_hard",
+     * "disn_albedo"), "objaverse", "gso", "images"; NULL: by the folder */
     const char* format;
     const char* split;    /* "train", "val", "test"; NULL: train */
     uint32_t resolution;  /* side of the returned images, which are square; 0: as stored */

@@ -327,8 +327,9 @@ SPLAT_API splat_result splat_prior_filter(const splat_image* map, splat_map_filt
                                           splat_image* filtered);
 
 /* Sample the surface of a mesh, uniformly by area, or the points of a point cloud, evenly.
- * path      OBJ; its polygons count as fans around their first corners. Or PLY without faces: point i
- *           of n is number floor(i v / n) of its v vertices
+ * path      OBJ, whose polygons count as fans around their first corners, or .glb and .gltf, as their
+ *           nodes place meshes. Or PLY without faces: point i of n is number floor(i v / n) of its v
+ *           vertices
  * seed      decides the points, each by its place: more points start with the same ones
  * points    out, x, y, z of each, in the mesh's units and axes
  * count     numbers of `points`: 3 for each point
@@ -337,7 +338,7 @@ SPLAT_API splat_result splat_prior_filter(const splat_image* map, splat_map_filt
  *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
  *   SPLAT_ERROR_FORMAT                a damaged file; the message names the line
  *   SPLAT_ERROR_UNSUPPORTED           free-form surfaces, lines that continue in the next one; a PLY
- *                                     with faces */
+ *                                     with faces; compressed meshes of glTF */
 SPLAT_API splat_result splat_points_from_mesh(const char* path, uint64_t seed, float* points,
                                               uint64_t count);
 

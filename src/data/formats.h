@@ -48,6 +48,26 @@ Result<std::unique_ptr<DatasetReader>> open_nmr(const ReaderDesc& desc);
 /// Errors: kFormat for a matrix that is not a rigid motion.
 Result<scene::Mat4> pose_of_nmr(std::span<const float> world_mat_inv);
 
+/// DISN's renders of ShapeNet: {path}/{image,albedo,depth,normal}/{category}/{object}/{easy,hard}/NN.png with
+/// rendering_metadata.txt, of 224 x 224 pixels. Objects are named "{category}_{object}"; their easy views come before
+/// the hard ones, whose objects are moved by the shifts of that file or not, which depth maps tell: points of a view
+/// must be where the next one sees them. desc.category names one of the categories, or means all. There are no splits.
+/// Depth that is not known, as of the background and of all beyond 1.41, is 0. Masks are the opacity of the images.
+///
+/// Errors   kFormat, naming file and line; by cameras() for hard views whose depth agrees with neither, or that have
+///          none
+/// Source   Xu et al. 2019, "DISN"; ShapenetRender_more_variation
+Result<bool> is_disn(const std::string& path);
+Result<std::unique_ptr<DatasetReader>> open_disn(const ReaderDesc& desc);
+/// The same of the easy views, and of the hard ones.
+Result<std::unique_ptr<DatasetReader>> open_disn_easy(const ReaderDesc& desc);
+Result<std::unique_ptr<DatasetReader>> open_disn_hard(const ReaderDesc& desc);
+/// Their colours without light as the images.
+Result<bool> is_disn_albedo(const std::string& path);
+Result<std::unique_ptr<DatasetReader>> open_disn_albedo(const ReaderDesc& desc);
+/// False: disn_easy and disn_hard are only taken by name.
+Result<bool> is_part_of_disn(const std::string& path);
+
 /// Renders of Objaverse in Zero123's layout: {path}/{object}/*.png with *.npy of the same name,
 /// world-to-camera [3,4] with OpenGL axes; focal length 140 pixels of 128; optionally maps in {object}/, see
 /// map_files.h. The first 99 of 100 objects, rounded down, are for training and the others for validation: of the

@@ -212,6 +212,13 @@ Result<std::vector<std::uint32_t>> load_normals(const std::string& path, std::ui
 
 }  // namespace
 
+Result<io::Image> nearness_of_distances(std::vector<float> distances, std::uint32_t width,
+                                        std::uint32_t height) {
+    io::Image image{width, height, 1, 8, {}};
+    SPLAT_TRY(add_bytes(distances, MapKind::kDepth, DepthNumbers::kDistance, image));
+    return image;
+}
+
 Status find_photo_maps(const PosedPhotosOptions& options, const std::vector<std::string>& names) {
     for (const auto& [what, folder] :
          {std::pair("depth", &options.depth), std::pair("normals", &options.normals)}) {

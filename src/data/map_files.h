@@ -30,6 +30,11 @@ Result<io::Image> load_map(const std::filesystem::path& path, MapKind kind,
                            const io::ImageOptions& options,
                            DepthNumbers numbers = DepthNumbers::kNearness);
 
+/// The map of depth of distances, of which 0 are not known: their inverses, scaled between the least and the most.
+/// Errors: kFormat for numbers that are not finite.
+Result<io::Image> nearness_of_distances(std::vector<float> distances, std::uint32_t width,
+                                        std::uint32_t height);
+
 /// Finds the maps of photographs in the folders of the options: NAME.npy, NAME.pfm or NAME.png, where NAME is the
 /// photograph's name with or without its extension. Errors: kNotFound if any is missing.
 Status find_photo_maps(const PosedPhotosOptions& options, const std::vector<std::string>& names);

@@ -139,6 +139,66 @@ void add_gltf(Corpora& corpora) {
     corpora.add("gltf/beside", test::bytes_of(beside.json()));
 }
 
+/// The first two thirds of a file.
+io::Buffer cut(const Result<io::Buffer>& file) {
+    if (!file.ok()) return {};
+    const auto& bytes = file.value();
+    return {bytes.begin(), bytes.begin() + std::ssize(bytes) * 2 / 3};
+}
+
+/// Two triangles of a square, with normals, texture coordinates and colours.
+test::SampleGltf square(const std::vector<std::uint16_t>& indices = {0, 1, 2, 0, 2, 3}) {
+    test::SampleGltf sample;
+    sample.used = R"("extensionsUsed":["KHR_texture_transform"])";
+    sample.add<float>("POSITION", {0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1}, test::kGltfFloat, "VEC3",
+                      3);
+    const int corners = sample.add<std::uint16_t>("", indices, test::kGltfUshort, "SCALAR", 1);
+    sample.primitive = R"("mode":4,"material":0,"indices":)" + std::to_string(corners);
+    sample.add<std::int8_t>("NORMAL", {0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0},
+                            test::kGltfByte, "VEC3", 4, true);
+    sample.views.back().insert(sample.views.back().size() - 1, R"(,"byteStride":4)");
+    sample.add<float>("TEXCOORD_0", {0, 0, 1, 0, 1, 1, 0, 1}, test::kGltfFloat, "VEC2", 2);
+    sample.add<std::uint8_t>("COLOR_0", {255, 0, 0, 255, 0, 255, 0, 99, 0, 0, 255, 0, 9, 9, 9, 9},
+                             test::kGltfUbyte, "VEC4", 4, true);
+    sample.more = R"(,"materials":[{"alphaMode":"MASK","doubleSided":true,"pbrMetallicRoughness":)"
+                  R"({"baseColorFactor":[1,0.5,0,1],"baseColorTexture":{"index":0,"extensions":)"
+                  R"({"KHR_texture_transform":{"rotation":1,"scale":[2,1],"offset":[0,1]}}}}}],)"
+                  R"("samplers":[{"wrapS":33071,"magFilter":9728}],)"
+                  R"("textures":[{"source":0,"sampler":0}],"images":[{"bufferView":5}])";
+    const auto png = io::write_png({1, 1, 3, 8, {1, 2, 3}});
+    if (png.ok()) sample.add("", png.value(), test::kGltfUbyte, "SCALAR", 1);
+    return sample;
+}
+
+void add_meshes(Corpora& corpora) {
+    const auto add = [&](const std::string& name, const test::SampleGltf& sample) {
+        corpora.add("gltf_mesh/" + name, sample.glb());
+    };
+    add("square", square());
+    corpora.add("gltf_mesh/text", square().gltf());
+    test::SampleGltf nodes = square();
+    nodes.nodes =
+        R"([{"mesh":0,"scale":[2,1,-3],"children":[1]},{"translation":[1,2,3],"mesh":0}])";
+    add("nodes", nodes);
+    test::SampleGltf strip = square({0, 1, 3, 2});
+    strip.primitive.replace(strip.primitive.find("4"), 1, "5");
+    strip.mesh =
+        R"(,{"attributes":{"POSITION":0},"mode":6},{"attributes":{"POSITION":0},"mode":0})";
+    add("strip", strip);
+    test::SampleGltf quantized = square();
+    quantized.used = R"("extensionsUsed":["KHR_mesh_quantization"])";
+    quantized.add<std::int16_t>("POSITION", {0, 0, 0, 0, 9, 0, 0, 0, 9, 9, 0, 0, 0, 9, 0, 0},
+                                test::kGltfShort, "VEC3", 4, true);
+    quantized.views.back().insert(quantized.views.back().size() - 1, R"(,"byteStride":8)");
+    add("quantized", quantized);
+    add("damaged-index", square({0, 1, 2, 0, 2, 4}));
+    add("damaged-corners", square({0, 1, 2, 3}));
+    test::SampleGltf lies = square();
+    lies.accessors[0] = R"({"componentType":5126,"count":4000000,"type":"VEC3"})";
+    add("damaged-count", lies);
+    corpora.add("gltf_mesh/damaged-cut", cut(square().glb()));
+}
+
 void add_cameras(Corpora& corpora) {
     const auto cameras =
         scene::orbit(test::sample_scene(2, 0), {.count = 2, .width = 8, .height = 6});
@@ -219,12 +279,6 @@ void add_weights(Corpora& corpora) {
 
 // Damaged files: cut short, with wrong counts, an unknown mark, or invalid numbers. Fuzzing starts close
 // to the checks that refuse them.
-
-io::Buffer cut(const Result<io::Buffer>& file) {
-    if (!file.ok()) return {};
-    const auto& bytes = file.value();
-    return {bytes.begin(), bytes.begin() + std::ssize(bytes) * 2 / 3};
-}
 
 /// The bytes of `value` from `at` on.
 template <class T>
@@ -384,6 +438,7 @@ int main(int argc, char** argv) {
     Corpora corpora(argv[1]);
     add_scenes(corpora);
     add_gltf(corpora);
+    add_meshes(corpora);
     add_cameras(corpora);
     add_images(corpora);
     add_weights(corpora);

@@ -14,6 +14,7 @@
 #include "io/bomb.h"
 #include "io/colmap.h"
 #include "io/mesh/mesh.h"
+#include "io/mesh/textures.h"
 #include "io/npy.h"
 #include "io/photo/image_file.h"
 #include "io/sample_files.h"
@@ -277,6 +278,50 @@ TEST(DecodeBomb, ColmapOfManyRecords) {
     }
     expect_harmless("colmap text", bytes_of(images), "read", [&](Bytes file) {
         return read_colmap_text(as_bytes(cameras), file, {}).status();
+    });
+}
+
+/// A mesh of glTF in text, after "asset" and "meshes".
+Buffer gltf_mesh(const std::string& nodes, const std::string& roots, const std::string& accessor,
+                 const std::string& more = "") {
+    return bytes_of(
+        R"({"asset":{"version":"2.0"},"meshes":[{"primitives":[{"attributes":{"POSITION":0})" +
+        more + R"(}]}],"scenes":[{"nodes":[)" + roots + R"(]}],"nodes":[)" + nodes +
+        R"(],"accessors":[)" + accessor + "]}");
+}
+
+TEST(DecodeBomb, MeshesOfGltf) {
+    const Read read = [](Bytes file) { return read_gltf_mesh(file).status(); };
+    const auto zeros = [](int count) {
+        return R"({"componentType":5126,"type":"VEC3","count":)" + std::to_string(count) + "}";
+    };
+    expect_harmless("gltf zeros", gltf_mesh(R"({"mesh":0})", "0", zeros(90'000'000)),
+                    "gltf: vertices", read);
+    std::string nodes, roots;
+    for (int i = 0; i < 100'000; ++i) {
+        nodes += (i == 0 ? "" : ",") + std::string(R"({"mesh":0})");
+        roots += (i == 0 ? "" : ",") + std::to_string(i);
+    }
+    expect_harmless("gltf places", gltf_mesh(nodes, roots, zeros(3000)), "gltf: vertices", read);
+    expect_harmless("gltf nodes", gltf_mesh(nodes, roots, zeros(30)), "", read);
+    expect_harmless("gltf fan", gltf_mesh(R"({"mesh":0})", "0", zeros(2'000'000), R"(,"mode":6)"),
+                    "gltf: ", read);
+}
+
+TEST(DecodeBomb, MaterialsOfObj) {
+    std::string names = "v 0 0 0\n";
+    for (int i = 0; i < 300'000; ++i) names += "usemtl " + std::to_string(i) + "\nf 1 1 1\n";
+    MeshOptions options;
+    options.lenient = true;
+    expect_harmless("obj materials", bytes_of(names), "",
+                    [&](Bytes file) { return read_obj(file, options).status(); });
+    std::string libraries;
+    for (int i = 0; i < 300'000; ++i) libraries += "mtllib " + std::to_string(i) + "\n";
+    expect_harmless("obj libraries", bytes_of(libraries), "",
+                    [&](Bytes file) { return read_obj(file, options).status(); });
+    expect_harmless("mtl", bytes_of(repeated("", "newmtl a\n", 500'000, "")), "", [](Bytes file) {
+        std::set<std::string> ignored;
+        return read_mtl(file, ignored).status();
     });
 }
 

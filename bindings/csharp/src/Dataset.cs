@@ -11,8 +11,8 @@ namespace Splat
     /// <summary>How to open a data set.</summary>
     public sealed class DatasetOptions
     {
-        /// <summary>"store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; null: by
-        /// the folder.</summary>
+        /// <summary>"store", "tables", "srn", "co3d", "nmr", "disn" (and its parts, "disn_easy",
+        /// "disn_hard", "disn_albedo"), "objaverse", "gso", "images"; null: by the folder.</summary>
         public string? Format { get; set; }
         /// <summary>"train", "val", "test"; null: train.</summary>
         public string? Split { get; set; }

@@ -3005,8 +3005,9 @@ namespace Splat.Interop
 
         /// <summary>
         /// Sample the surface of a mesh, uniformly by area, or the points of a point cloud, evenly.
-        /// path      OBJ; its polygons count as fans around their first corners. Or PLY without faces: point i
-        ///           of n is number floor(i v / n) of its v vertices
+        /// path      OBJ, whose polygons count as fans around their first corners, or .glb and .gltf, as their
+        ///           nodes place meshes. Or PLY without faces: point i of n is number floor(i v / n) of its v
+        ///           vertices
         /// seed      decides the points, each by its place: more points start with the same ones
         /// points    out, x, y, z of each, in the mesh's units and axes
         /// count     numbers of `points`: 3 for each point
@@ -3015,7 +3016,7 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
         ///   SPLAT_ERROR_FORMAT                a damaged file; the message names the line
         ///   SPLAT_ERROR_UNSUPPORTED           free-form surfaces, lines that continue in the next one; a PLY
-        ///                                     with faces
+        ///                                     with faces; compressed meshes of glTF
         /// </summary>
 #if NET8_0_OR_GREATER
         [LibraryImport(Lib)] public static partial
@@ -3366,8 +3367,8 @@ namespace Splat.Interop
         /** <summary>SPLAT_DATA_*</summary> */ public DataFlags flags;
         public void* next;
         public byte* path;
-        /// <summary>"store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the
-        /// folder</summary>
+        /// <summary>"store", "tables", "srn", "co3d", "nmr", "disn" (and its parts, "disn_easy", "disn_hard",
+        /// "disn_albedo"), "objaverse", "gso", "images"; NULL: by the folder</summary>
         public byte* format;
         /** <summary>"train", "val", "test"; NULL: train</summary> */ public byte* split;
         /** <summary>side of the returned images, which are square; 0: as stored</summary> */ public uint resolution;

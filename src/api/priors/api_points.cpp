@@ -5,6 +5,7 @@
 #include "api/core/image_view.h"
 #include "api/handles.h"
 #include "api/scene/camera_value.h"
+#include "core/os/path.h"
 #include "io/file.h"
 #include "io/mesh/mesh.h"
 #include "io/ply_rows.h"
@@ -31,11 +32,16 @@ void fill_points(const Points& from, float* to) {
         for (std::size_t k = 0; k < 3; ++k) *to++ = static_cast<float>(point[k]);
 }
 
-/// Takes `count` points of a file: random ones of a mesh's surface, or evenly spaced ones of a point cloud.
-Result<Points> points_of_file(io::Bytes file, std::size_t count, std::uint64_t seed) {
+/// Takes `count` points of a file in a folder: random ones of a mesh's surface, or evenly spaced ones of a point cloud.
+Result<Points> points_of_file(io::Bytes file, const std::string& folder, std::size_t count,
+                              std::uint64_t seed) {
     if (!io::is_ply(file)) {
-        SPLAT_ASSIGN(const io::Mesh mesh, io::read_obj(file));
-        return prior_scores::sample_surface(mesh, count, seed);
+        const io::MeshOptions options{.surface_only = true, .folder = folder};
+        const std::string_view text = io::as_text(file);
+        const bool is_gltf = text.starts_with("glTF") || text.starts_with('{');
+        SPLAT_ASSIGN(const io::LoadedMesh loaded,
+                     is_gltf ? io::read_gltf_mesh(file, options) : io::read_obj(file, options));
+        return scene::sample_surface(loaded.mesh, count, seed);
     }
     SPLAT_ASSIGN(const Points cloud, io::read_ply_points(file));
     Points points(count);
@@ -74,7 +80,8 @@ splat_result splat_points_from_mesh(const char* path, uint64_t seed, float* poin
         SPLAT_TRY(api::require(path, "path", points, "points"));
         SPLAT_TRY(check_count_of_points(count));
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxMeshBytes));
-        const auto made = points_of_file(file, count / 3, seed);
+        const std::string folder = os::text_of(os::path_of(path).parent_path());
+        const auto made = points_of_file(file, folder.empty() ? "." : folder, count / 3, seed);
         if (!made.ok())
             return Status(made.status().code(),
                           "'" + std::string(path) + "': " + made.status().message());

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,9 @@ class Document {
 
     /// Element `index` of a top-level array. Errors: kFormat if there is none.
     [[nodiscard]] Result<const JsonTree*> element(const char* array, std::uint64_t index) const;
+
+    /// The bytes of image `index`, as they are stored. Errors: as view().
+    Result<Bytes> image(std::uint64_t index);
 
     /// Buffer view `index`. Errors: kFormat; kUnsupported for a file beside one in memory; as read_file().
     Result<View> view(std::uint64_t index);
@@ -96,9 +100,48 @@ struct Accessor {
 /// Accessor `index`, with all of its elements inside their buffers. Errors: kFormat; as Document::view().
 Result<Accessor> accessor_at(Document& document, std::uint64_t index);
 
+/// How the numbers of an attribute may be stored, as Accessor::encoding() has it.
+using Encodings = std::span<const std::string_view>;
+inline constexpr std::string_view kFloat[] = {"float"};
+/// Encodings of positions; `quantized`: the file uses KHR_mesh_quantization.
+Encodings position_encodings(bool quantized);
+
+/// What the attribute `name` of a primitive at `where` holds, of `count` elements (0: of any number). Errors: kFormat
+/// for others than `components` numbers each of these encodings; as accessor_at().
+Result<Accessor> attribute_at(Document& document, const JsonTree& attributes,
+                              const std::string& name, std::size_t components, Encodings encodings,
+                              std::uint64_t count, const std::string& where);
+
+/// Writes whole numbers, of the types that indices have. Errors: kFormat for another type, kUnsupported for sparse ones
+Status copy_indices(const Accessor& accessor, std::uint32_t* to);
+
 /// Writes element i to to[i * step] and on: normalised integers as 0 to 1 or -1 to 1, others as they are. Errors:
 /// kFormat for indices of a sparse accessor that do not grow, or are beyond the count.
 Status copy_numbers(const Accessor& accessor, float* to, std::size_t step);
+
+/// Exactly `count` finite numbers of a list, which is a member of `where`. Errors: kFormat.
+Status read_numbers(const JsonTree& list, double* to, std::size_t count, const char* member,
+                    const std::string& where);
+
+/// What a reader does with extensions: reads them, or takes files that require them although it leaves them out.
+struct ExtensionRules {
+    bool (*is_read)(std::string_view name);
+    bool (*may_be_required)(std::string_view name);
+};
+
+/// True if positions may be integers. Adds what is used, but not read, to `ignored`. Errors: kUnsupported for what
+/// changes how numbers lie in the file, and for what is required.
+Result<bool> check_extensions(const JsonTree& json, const ExtensionRules& rules,
+                              std::set<std::string>& ignored);
+
+struct Chunks {
+    std::optional<Bytes> json;
+    std::optional<Bytes> binary;
+};
+
+/// The chunks of a .glb: JSON, then at most one of bytes; later ones are ignored, as the specification asks. Errors:
+/// kFormat, unless options.lenient also for bytes that follow; kUnsupported for another version.
+Result<Chunks> chunks_of(Bytes file, const LoadOptions& options, LoadReport& report);
 
 /// A mesh where a node places it: x -> linear x + move.
 struct Placement {

@@ -1,5 +1,7 @@
 // The numbers of accessors: their types, where they lie, and the checks that all of them do.
 
+#include <algorithm>
+
 #include "core/shown.h"
 #include "io/reader.h"
 #include "io/scenes/gltf.h"
@@ -157,6 +159,79 @@ Result<Accessor> accessor_at(Document& document, std::uint64_t index) {
     if (const JsonTree* const sparse = json->find("sparse"))
         SPLAT_SET(accessor.sparse, sparse_of(document, *sparse, accessor, *type));
     return accessor;
+}
+
+Encodings position_encodings(bool quantized) {
+    static constexpr std::string_view kQuantized[] = {"float",
+                                                      "byte",
+                                                      "normalized byte",
+                                                      "unsigned byte",
+                                                      "normalized unsigned byte",
+                                                      "short",
+                                                      "normalized short",
+                                                      "unsigned short",
+                                                      "normalized unsigned short"};
+    return quantized ? Encodings(kQuantized) : Encodings(kFloat);
+}
+
+Result<Accessor> attribute_at(Document& document, const JsonTree& attributes,
+                              const std::string& name, std::size_t components, Encodings encodings,
+                              std::uint64_t count, const std::string& where) {
+    const std::string what = where + ": " + name;
+    SPLAT_ASSIGN(const std::uint64_t index, whole_number(attributes, name.c_str(), where));
+    auto found = accessor_at(document, index);
+    if (!found.ok()) return Status(found.status().code(), what + ": " + found.status().message());
+    const Accessor& accessor = found.value();
+    if (accessor.components != components)
+        return damaged("gltf: %s: %zu numbers each, expected %zu", what.c_str(),
+                       accessor.components, components);
+    if (std::ranges::find(encodings, accessor.encoding()) == encodings.end())
+        return damaged("gltf: %s: numbers of type '%s', expected %s", what.c_str(),
+                       accessor.encoding().c_str(), joined(encodings).c_str());
+    if (count != 0 && accessor.count != count)
+        return damaged("gltf: %s: %llu elements, but there are %llu positions", what.c_str(),
+                       llu(accessor.count), llu(count));
+    return found;
+}
+
+Status copy_indices(const Accessor& accessor, std::uint32_t* to) {
+    if (accessor.sparse)
+        return unsupported("gltf: %s: sparse indices, which are not read; write them as a list",
+                           accessor.where.c_str());
+    const std::byte* from = accessor.bytes.data();
+    const bool is_index = accessor.components == 1 && !accessor.normalized && from != nullptr &&
+                          (accessor.type == 5121 || accessor.type == 5123 || accessor.type == 5125);
+    if (!is_index)
+        return damaged(
+            "gltf: %s: indices of %zu numbers of type '%s', expected one unsigned byte, short or "
+            "int each, in a bufferView",
+            accessor.where.c_str(), accessor.components, accessor.encoding().c_str());
+    for (std::uint64_t i = 0; i < accessor.count; ++i, from += accessor.stride) {
+        if (accessor.type == 5121) *to++ = number<std::uint8_t>(from);
+        if (accessor.type == 5123) *to++ = number<std::uint16_t>(from);
+        if (accessor.type == 5125) *to++ = number<std::uint32_t>(from);
+    }
+    return {};
+}
+
+Result<bool> check_extensions(const JsonTree& json, const ExtensionRules& rules,
+                              std::set<std::string>& ignored) {
+    bool quantized = false;
+    for (const char* const list : {"extensionsRequired", "extensionsUsed"})
+        for (const JsonTree& item : json[list].items()) {
+            if (item.text() == nullptr) return damaged("gltf: %s holds no text", list);
+            const std::string& name = *item.text();
+            const bool compresses = name.find("compression") != name.npos;
+            if (compresses ||
+                (list == std::string_view("extensionsRequired") && !rules.may_be_required(name)))
+                return unsupported("gltf: the file %s %s, which is not read; write it %s",
+                                   compresses ? "is packed by" : "requires",
+                                   shown(name, 80).c_str(),
+                                   compresses ? "without compression" : "without it");
+            quantized = quantized || name == "KHR_mesh_quantization";
+            if (!rules.is_read(name)) ignored.insert("extension " + shown(name, 80));
+        }
+    return quantized;
 }
 
 Status copy_numbers(const Accessor& accessor, float* to, std::size_t step) {

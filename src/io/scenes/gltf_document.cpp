@@ -186,4 +186,13 @@ Result<View> Document::view(std::uint64_t index) {
                 stride};
 }
 
+Result<Bytes> Document::image(std::uint64_t index) {
+    SPLAT_ASSIGN(const JsonTree* const json, element("images", index));
+    const std::string where = format("images[%llu]", llu(index));
+    if (const std::string* const uri = (*json)["uri"].text()) return resource(*uri, where);
+    SPLAT_ASSIGN(const std::uint64_t number, whole_number(*json, "bufferView", where));
+    SPLAT_ASSIGN(const View held, view(number));
+    return held.bytes;
+}
+
 }  // namespace splat::io::gltf

@@ -16,19 +16,6 @@ using scene::Mat3;
 using scene::Quaternion;
 using scene::Vec3;
 
-/// Exactly `count` finite numbers. Errors: kFormat.
-Status read_numbers(const JsonTree& list, double* to, std::size_t count, const char* member,
-                    const std::string& where) {
-    const JsonTree::List& items = list.items();
-    bool good = items.size() == count;
-    for (std::size_t i = 0; good && i < count; ++i) {
-        to[i] = items[i].number().value_or(NAN);
-        good = std::isfinite(to[i]);
-    }
-    if (good) return {};
-    return damaged("gltf: %s: %s is no array of %zu finite numbers", where.c_str(), member, count);
-}
-
 /// The node's own transform, with those of the nodes above, which `at` has.
 Status enter(const JsonTree& node, const std::string& where, Placement& at) {
     Mat3 linear(1);
@@ -183,6 +170,18 @@ Status stretch(scene::Gaussians& g, const Placement& placement, const Mat3& rota
 }
 
 }  // namespace
+
+Status read_numbers(const JsonTree& list, double* to, std::size_t count, const char* member,
+                    const std::string& where) {
+    const JsonTree::List& items = list.items();
+    bool good = items.size() == count;
+    for (std::size_t i = 0; good && i < count; ++i) {
+        to[i] = items[i].number().value_or(NAN);
+        good = std::isfinite(to[i]);
+    }
+    if (good) return {};
+    return damaged("gltf: %s: %s is no array of %zu finite numbers", where.c_str(), member, count);
+}
 
 Result<std::vector<Placement>> placed_meshes(const Document& document,
                                              std::set<std::string>& ignored) {

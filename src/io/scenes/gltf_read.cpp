@@ -32,17 +32,6 @@ struct Primitive {
     }
 };
 
-using Encodings = std::span<const std::string_view>;
-constexpr std::string_view kFloat[] = {"float"};
-constexpr std::string_view kPositions[] = {"float",
-                                           "byte",
-                                           "normalized byte",
-                                           "unsigned byte",
-                                           "normalized unsigned byte",
-                                           "short",
-                                           "normalized short",
-                                           "unsigned short",
-                                           "normalized unsigned short"};
 constexpr std::string_view kRotations[] = {"float", "normalized byte", "normalized short"};
 constexpr std::string_view kScales[] = {"float", "unsigned byte", "normalized unsigned byte",
                                         "unsigned short", "normalized unsigned short"};
@@ -62,7 +51,9 @@ class Primitives {
     Result<Primitive> read(const JsonTree& json, const JsonTree& extension, std::string where);
     Status read_extension(const JsonTree& extension, Primitive& to);
     Result<Accessor> attribute(const JsonTree& attributes, const std::string& name,
-                               std::size_t components, Encodings encodings, const Primitive& of);
+                               std::size_t components, Encodings encodings, const Primitive& of) {
+        return attribute_at(document_, attributes, name, components, encodings, of.count, of.where);
+    }
     Status read_harmonics(const JsonTree& attributes, Primitive& to);
     Status ignore_others(const JsonTree& attributes, const Primitive& of);
 
@@ -100,26 +91,6 @@ Status Primitives::read_extension(const JsonTree& extension, Primitive& to) {
     if (extension.find("extensions") != nullptr)
         ignored_.insert("extensions of " + std::string(kExtension));
     return {};
-}
-
-Result<Accessor> Primitives::attribute(const JsonTree& attributes, const std::string& name,
-                                       std::size_t components, Encodings encodings,
-                                       const Primitive& of) {
-    const std::string where = of.where + ": " + name;
-    SPLAT_ASSIGN(const std::uint64_t index, whole_number(attributes, name.c_str(), of.where));
-    auto found = accessor_at(document_, index);
-    if (!found.ok()) return Status(found.status().code(), where + ": " + found.status().message());
-    const Accessor& accessor = found.value();
-    if (accessor.components != components)
-        return damaged("gltf: %s: %zu numbers each, expected %zu", where.c_str(),
-                       accessor.components, components);
-    if (std::ranges::find(encodings, accessor.encoding()) == encodings.end())
-        return damaged("gltf: %s: numbers of type '%s', expected %s", where.c_str(),
-                       accessor.encoding().c_str(), joined(encodings).c_str());
-    if (of.count != 0 && accessor.count != of.count)
-        return damaged("gltf: %s: %llu elements, but there are %llu positions", where.c_str(),
-                       llu(accessor.count), llu(of.count));
-    return found;
 }
 
 Status Primitives::read_harmonics(const JsonTree& attributes, Primitive& to) {
@@ -171,8 +142,8 @@ Result<Primitive> Primitives::read(const JsonTree& json, const JsonTree& extensi
     SPLAT_TRY(read_extension(extension, to));
     const JsonTree& attributes = json["attributes"];
     SPLAT_TRY(ignore_others(attributes, to));
-    SPLAT_SET(to.position, attribute(attributes, "POSITION", 3,
-                                     quantized_ ? Encodings(kPositions) : Encodings(kFloat), to));
+    SPLAT_SET(to.position,
+              attribute(attributes, "POSITION", 3, position_encodings(quantized_), to));
     to.count = to.position.count;
     SPLAT_SET(to.rotation, attribute(attributes, own("ROTATION"), 4, kRotations, to));
     SPLAT_SET(to.scale, attribute(attributes, own("SCALE"), 3, kScales, to));
@@ -229,31 +200,14 @@ Result<Gaussians> decode(const Primitive& from, std::uint32_t degree,
     return g;
 }
 
-/// Extensions that say nothing of Gaussians: the extension has materials ignored.
-bool may_be_required(std::string_view name) {
-    return name == kExtension || name == "KHR_mesh_quantization" ||
-           name.starts_with("KHR_materials_") || name == "KHR_texture_transform";
+bool is_of_gaussians(std::string_view name) {
+    return name == kExtension || name == "KHR_mesh_quantization";
 }
 
-/// True if positions may be integers. Errors: kUnsupported for what changes how Gaussians lie in the file.
-Result<bool> check_extensions(const JsonTree& json, std::set<std::string>& ignored) {
-    bool quantized = false;
-    for (const char* const list : {"extensionsRequired", "extensionsUsed"})
-        for (const JsonTree& item : json[list].items()) {
-            if (item.text() == nullptr) return damaged("gltf: %s holds no text", list);
-            const std::string& name = *item.text();
-            const bool compresses = name.find("compression") != name.npos;
-            if (compresses ||
-                (list == std::string_view("extensionsRequired") && !may_be_required(name)))
-                return unsupported("gltf: the file %s %s, which is not read; write it %s",
-                                   compresses ? "is packed by" : "requires",
-                                   shown(name, 80).c_str(),
-                                   compresses ? "without compression" : "without it");
-            quantized = quantized || name == "KHR_mesh_quantization";
-            if (name != kExtension && name != "KHR_mesh_quantization")
-                ignored.insert("extension " + shown(name, 80));
-        }
-    return quantized;
+/// Extensions that say nothing of Gaussians: the extension has materials ignored.
+bool may_be_required(std::string_view name) {
+    return is_of_gaussians(name) || name.starts_with("KHR_materials_") ||
+           name == "KHR_texture_transform";
 }
 
 bool has_extras(const JsonTree& tree) {
@@ -346,7 +300,8 @@ Result<LoadedScene> read_document(Document& document, LoadReport report,
                                   const LoadOptions& options) {
     std::set<std::string> ignored;
     const JsonTree& json = document.json();
-    SPLAT_ASSIGN(const bool quantized, check_extensions(json, ignored));
+    SPLAT_ASSIGN(const bool quantized,
+                 check_extensions(json, {is_of_gaussians, may_be_required}, ignored));
     SPLAT_ASSIGN(const std::vector<Placement> placed, placed_meshes(document, ignored));
     Primitives primitives(document, ignored, quantized);
     for (const Placement& placement : placed)  // all files are read before the budget is known
@@ -366,12 +321,12 @@ constexpr std::uint32_t kGlbVersion = 2;
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
 constexpr std::uint32_t kBinaryChunk = 0x004E4942;
 
-struct Chunks {
-    std::optional<Bytes> json;
-    std::optional<Bytes> binary;
-};
+Result<bool> is_glb(Bytes file) {
+    return as_text(file).starts_with("glTF");
+}
 
-/// The chunks of a .glb: JSON, then at most one of bytes; later ones are ignored, as the specification asks.
+}  // namespace
+
 Result<Chunks> chunks_of(Bytes file, const LoadOptions& options, LoadReport& report) {
     Reader header(file, "glb");
     std::uint32_t magic = 0, version = 0, bytes = 0;
@@ -413,11 +368,6 @@ Result<Chunks> chunks_of(Bytes file, const LoadOptions& options, LoadReport& rep
     return damaged("glb: no chunk, expected one of JSON");
 }
 
-Result<bool> is_glb(Bytes file) {
-    return as_text(file).starts_with("glTF");
-}
-
-}  // namespace
 }  // namespace gltf
 
 Result<LoadedScene> read_gltf(Bytes file, const LoadOptions& options) {

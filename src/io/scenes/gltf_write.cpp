@@ -42,7 +42,8 @@ void put_color(Buffer& to, const Gaussians& g, std::size_t i, std::size_t) {
     for (std::size_t k = 0; k < 3; ++k) {
         const auto color = static_cast<float>(
             std::clamp(0.5 + scene::kSh0 * static_cast<double>(sh[k]), 0.0, 1.0));
-        put_short(g.drawn_as.linear_colors ? color : scene::linear_of_srgb(color));
+        put_short(
+            static_cast<double>(g.drawn_as.linear_colors ? color : scene::linear_of_srgb(color)));
     }
     put_short(scene::opacity_of(static_cast<double>(g.opacity_logits[i])));
 }

@@ -171,8 +171,8 @@ class SogDecoder {
             const double low = meta_.mins[i % 3], high = meta_.maxs[i % 3];
             const double span = low == high ? 1 : high - low;
             const double place = low + span * static_cast<double>(gaussians_.means[i]) / 65535;
-            const double size =
-                std::min(std::expm1(std::abs(place)), double{std::numeric_limits<float>::max()});
+            const double size = std::min(std::expm1(std::abs(place)),
+                                         static_cast<double>(std::numeric_limits<float>::max()));
             gaussians_.means[i] = static_cast<float>(std::copysign(size, place));
         }
         return {};

@@ -36,6 +36,22 @@ TEST(ApiPoints, OfAMesh) {
     EXPECT_DONE(splat_points_from_mesh(file.path(), 5, points.data(), 0));
 }
 
+TEST(ApiPoints, OfAMeshOfGltf) {
+    // One triangle at z = 2, which its node moves to z = 5.
+    const MeshFile file(
+        R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,)"
+        R"("translation":[0,0,3]}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],)"
+        R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],)"
+        R"("bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":)"
+        R"("data:;base64,AAAAAAAAAAAAAABAAACAPwAAAAAAAABAAAAAAAAAgD8AAABA"}]})");
+    Floats points(300);
+    ASSERT_DONE(splat_points_from_mesh(file.path(), 5, points.data(), points.size()));
+    for (std::size_t i = 0; i < points.size(); i += 3) {
+        EXPECT_LE(points[i] + points[i + 1], 1.0001F);
+        EXPECT_EQ(points[i + 2], 5);
+    }
+}
+
 TEST(ApiPoints, OfACloudAreSpreadEvenly) {
     const std::string head =
         "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"

@@ -65,8 +65,8 @@ def config_warnings(config: Config = None, *changes: str) -> List[str]:
 class Dataset(Handle):
     """The data set in a folder, read into host memory; needs no device.
 
-    format       "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; None: by the
-                 folder
+    format       "store", "tables", "srn", "co3d", "nmr", "disn" (and its parts, "disn_easy",
+                 "disn_hard", "disn_albedo"), "objaverse", "gso", "images"; None: by the folder
     split        "train", "val" or "test"
     category     of several in the folder: "cars", "hydrants"; None: the only one
     resolution   of the returned images, which are square; 0: as stored

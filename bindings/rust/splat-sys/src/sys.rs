@@ -732,7 +732,8 @@ pub struct splat_dataset_desc {
     /** SPLAT_DATA_* */ pub flags: u32,
     pub next: *const c_void,
     pub path: *const c_char,
-    /// "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder
+    /// "store", "tables", "srn", "co3d", "nmr", "disn" (and its parts, "disn_easy", "disn_hard", "disn_albedo"),
+    /// "objaverse", "gso", "images"; NULL: by the folder
     pub format: *const c_char,
     /** "train", "val", "test"; NULL: train */ pub split: *const c_char,
     /** side of the returned images, which are square; 0: as stored */ pub resolution: u32,
@@ -4187,8 +4188,9 @@ extern "C" {
 
     /// ```text
     /// Sample the surface of a mesh, uniformly by area, or the points of a point cloud, evenly.
-    /// path      OBJ; its polygons count as fans around their first corners. Or PLY without faces: point i
-    ///           of n is number floor(i v / n) of its v vertices
+    /// path      OBJ, whose polygons count as fans around their first corners, or .glb and .gltf, as their
+    ///           nodes place meshes. Or PLY without faces: point i of n is number floor(i v / n) of its v
+    ///           vertices
     /// seed      decides the points, each by its place: more points start with the same ones
     /// points    out, x, y, z of each, in the mesh's units and axes
     /// count     numbers of `points`: 3 for each point
@@ -4197,7 +4199,7 @@ extern "C" {
     ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
     ///   SPLAT_ERROR_FORMAT                a damaged file; the message names the line
     ///   SPLAT_ERROR_UNSUPPORTED           free-form surfaces, lines that continue in the next one; a PLY
-    ///                                     with faces
+    ///                                     with faces; compressed meshes of glTF
     /// ```
     pub fn splat_points_from_mesh(path: *const c_char, seed: u64, points: *mut f32, count: u64) -> splat_result;
 

@@ -26,7 +26,8 @@ pub struct DatasetDesc<'a> {
     pub flags: DataFlags,
     /// Folder of the data set.
     pub path: Option<&'a Path>,
-    /// "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; None: by the folder.
+    /// "store", "tables", "srn", "co3d", "nmr", "disn" (and its parts, "disn_easy", "disn_hard",
+    /// "disn_albedo"), "objaverse", "gso", "images"; None: by the folder.
     pub format: Option<&'a str>,
     /// "train", "val", "test"; None: train.
     pub split: Option<&'a str>,
