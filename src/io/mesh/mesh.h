@@ -19,7 +19,7 @@ struct MeshOptions {
     bool surface_only = false;  ///< vertices and triangles; what looks depend on is not read
     bool lenient = false;       ///< textures and materials that cannot be read are left out
     /// Where the files are that a mesh names; nothing: such files are refused.
-    std::optional<std::string> folder;
+    std::optional<std::string> folder = std::nullopt;
     DecodeLimits limits = decode_limits();
 };
 
