@@ -26,8 +26,9 @@ bool takes_drawn_views(const config::ModelConfig& network);
 raster::RasterDesc drawn_views_desc(const gaussians::SetDesc& set, std::uint32_t views,
                                     std::uint32_t side, raster::Convention convention);
 
-/// Draw and read them. Depth is `beyond` where nothing is drawn. The published program leaves 0 there, which puts
-/// Gaussians into the camera, where they fill other images. Errors: those of raster::pack_views, of the rasterizer and of Context::read.
+/// Draw and read them. Depth is `beyond` where nothing is drawn: the published program leaves 0 there, which puts
+/// Gaussians into the camera, where they fill other images. Errors: those of raster::pack_views, of the rasterizer and
+/// of Context::read.
 Result<DrawnViews> draw_views(vk::Context& context, raster::Rasterizer& rasterizer,
                               const gaussians::SetViews& scene,
                               std::span<const scene::Camera> cameras,
