@@ -38,14 +38,15 @@ vec2 slopes(float level, float near, vec3 kappa, float side, vec3 bz) {
     const float half_width = sqrt(max(level - gap * gap / zz, 0.0)) * side / sqrt(zz);
     vec2 found = cut ? (along / zz * gap + vec2(-half_width, half_width)) / near : vec2(0);
     const float a = 1.0 - level * zz, b = level * along, c = level * dot(kappa, kappa);
-    const float root = b * b + a * c;
+    // b^2 + a c, and the depths 1 + level (along - slope zz) / slope where planes touch: these cancel for what is large.
+    const float root = c - level * side * (level * side);
     if (!(root >= 0.0)) return found;
-    const float q = b >= 0.0 ? -b - sqrt(root) : -b + sqrt(root);
+    const float s = b >= 0.0 ? sqrt(root) : -sqrt(root), q = -b - s;
     const vec2 touching = vec2(q / a, -c / q);
+    const vec2 depths = vec2(-s, s) / touching;
     [[unroll]] for (int i = 0; i < 2; ++i) {
         const float slope = touching[i];
-        const float depth = 1.0 + level * (along - slope * zz) / slope;
-        if (cut && !(depth >= near)) continue;
+        if (cut && !(depths[i] >= near)) continue;
         if (slope > 0.0) found.y = slope;
         else found.x = slope;
     }
