@@ -104,8 +104,7 @@ Status api::DeviceObject::be_rank(const std::shared_ptr<run::Group>& group) {
     if (const auto other = rank.lock())
         return invalid(
             "device has the open run of rank %u, expected a device of its own for each rank: "
-            "create "
-            "one more (splat_device_create)",
+            "create one more (splat_device_create)",
             other->rank());
     rank = group;
     return {};
