@@ -254,6 +254,7 @@ PublishedFit published_fit(const NamedTensors& tensors, const std::string& path)
     const Traits file = traits_of(tensors);
     if (file.empty()) return fit;
     for (const Known& known : known_networks()) {
+        if (!of_one_network(file, known.traits)) continue;
         const std::optional<double> ray = last_ray(tensors, known.resolution);
         std::vector<std::string> differences = differences_of(file, known);
         // The published fields of view differ by 6 %; rounding to bfloat16 changes 0.4 %.

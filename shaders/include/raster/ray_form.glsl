@@ -38,7 +38,8 @@ vec2 slopes(float level, float near, vec3 kappa, float side, vec3 bz) {
     const float half_width = sqrt(max(level - gap * gap / zz, 0.0)) * side / sqrt(zz);
     vec2 found = cut ? (along / zz * gap + vec2(-half_width, half_width)) / near : vec2(0);
     const float a = 1.0 - level * zz, b = level * along, c = level * dot(kappa, kappa);
-    // b^2 + a c, and the depths 1 + level (along - slope zz) / slope where planes touch: these cancel for what is large.
+    // b^2 + a c, and the depths 1 + level (along - slope zz) / slope where planes touch, which cancel for what is
+    // large.
     const float root = c - level * side * (level * side);
     if (!(root >= 0.0)) return found;
     const float s = b >= 0.0 ? sqrt(root) : -sqrt(root), q = -b - s;
