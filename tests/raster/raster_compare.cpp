@@ -106,8 +106,10 @@ class Comparison {
             if (!per_pixel && got[i] == 0 && is_faint(i / width)) continue;
             // A ceil() of a number next to an integer.
             const bool off_by_one = rounded && got[i] != 0 && expected[i] != 0;
-            check(name, i, static_cast<double>(got[i]), static_cast<double>(expected[i]),
-                  off_by_one ? 1 : 0);
+            const auto radius = static_cast<double>(expected[i]);
+            // Where the near plane cuts little off an ellipsoid, the end of its box cancels; kRayMargin holds it.
+            const double cut = subject_.rays ? 1e-3 * radius : 0;
+            check(name, i, static_cast<double>(got[i]), radius, off_by_one ? 1 + cut : 0);
         }
     }
 
