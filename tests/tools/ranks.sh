@@ -3,7 +3,7 @@
 #
 #   calls      the calls of the plugin
 #   training   one and two ranks have the same bits; what is refused
-#   resuming   1, 2 and 4 ranks have the same bits, also after a run of other ranks was interrupted
+#   resuming   1, 2 and 4 ranks have the same bits, also of adapters, and after a run of other ranks was interrupted
 #   endings    a full disk, a rank that hangs, a folder in use, ranks that differ
 #   kills      20 kills of a random rank at a random moment
 #

@@ -20,8 +20,8 @@ loader.exec_module(scaling)
 
 # Round numbers: 2 ms a slice of one object, 1 GB/s inside a machine of 2 ranks, 0.5 between machines.
 PARTS = {"batch": 8, "micro_batch": 1, "pass": 1.0, "object": 1.0, "update": 4.0, "bytes": 1_000_000, "add": 0.5,
-         "piece": 1_000_000, "submit": 0.0, "host_bandwidth": 2.0, "local_bandwidth": 1.0, "local_latency": 0.0, "bandwidth": 0.5, "latency": 0.0,
-         "per_machine": 2, "gathers": 0}
+         "piece": 1_000_000, "submit": 0.0, "host_bandwidth": 2.0, "local_bandwidth": 1.0, "local_latency": 0.0,
+         "bandwidth": 0.5, "latency": 0.0, "per_machine": 2, "devices": 2, "gathers": 0}
 
 
 def told(*words):
@@ -49,6 +49,11 @@ class Model(unittest.TestCase):
         self.assertAlmostEqual(made["exchange"], 2 * (0.5 + 0.25 * 2 / 0.5))
         self.assertEqual(made["adds"], 0.5 * (1 + 0.75))
         self.assertAlmostEqual(made["host"], 2.5 / 2)
+
+    def test_ranks_beyond_the_devices_share_them(self):
+        one = PARTS | {"devices": 1}
+        self.assertEqual(scaling.step(one, 2, 8)["passes"], 2 * scaling.step(PARTS, 2, 8)["passes"])
+        self.assertEqual(scaling.step(one, 4, 8)["update"], 2 * 4, "two ranks on the one device of each machine")
 
     def test_latency_counts_for_each_message(self):
         slow = PARTS | {"latency": 10.0, "gathers": 3, "piece": 400_000, "submit": 1.0}
