@@ -36,8 +36,8 @@ Expected expected_op(const OpCase& op_case, const splat::ref::Summed<double>& su
                      const splat::ref::Summed<double>* flushed) {
     Expected expected{sums.value, allowed_of(op_case, sums), sums.magnitude};
     if (flushed == nullptr) return expected;
-    expected.flushed = flushed->value;
-    expected.flushed_allowed = allowed_of(op_case, *flushed);
+    expected.other = flushed->value;
+    expected.other_allowed = allowed_of(op_case, *flushed);
     return expected;
 }
 

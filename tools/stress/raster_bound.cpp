@@ -16,6 +16,7 @@ constexpr double kSums = 4;
 /// The Cholesky factor of a conic has these: sqrt(c) / sqrt(det), of rows divided by the depth.
 constexpr double kFactor = kSums + 2 * ref::kQuotientRoundings + 2 * ref::kRootRoundings;
 constexpr double kUnitVector = kSums + ref::kInverseRootRoundings;
+constexpr double kRayMargin = 1e-3, kRayMeanMargin = 4e-6;  // of ray_form.glsl
 
 /// Moves numbers by up to so many roundings.
 class Noise {
@@ -154,6 +155,43 @@ double left_along_rotations(const RasterScene& scene, const std::vector<double>&
     return most;
 }
 
+/// Other decisions on Gaussians that end within rounding of a rim of the image: rays see the box as it is, where
+/// projections round it to whole pixels. Margins are those of ray_form.glsl.
+void decide_otherwise(const RasterScene& scene, const ref::ProjectForward<double>& projected,
+                      std::map<std::string, Expected>& expected) {
+    for (const char* name : {"means2d", "depths"}) {
+        expected[name].other = expected[name].value;
+        expected[name].other_allowed = expected[name].allowed;
+    }
+    // One pixel more on each side, in which those that were left out are seen.
+    RasterScene wider = scene;
+    const std::array<double, 2> size{static_cast<double>(scene.camera.width),
+                                     static_cast<double>(scene.camera.height)};
+    wider.camera.width += 2;
+    wider.camera.height += 2;
+    wider.camera.cx += 1;
+    wider.camera.cy += 1;
+    const ref::ProjectForward<double> around = ref::project_forward(wider);
+    for (std::size_t i = 0; i < scene.count(); ++i) {
+        const ref::ProjectedGaussian<double>& g = around.gaussians[i];
+        if (!g.valid) continue;
+        const double level = 2 * std::log(g.opacity / splat::raster::kAlphaMin);
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+            const auto [least, most] = ref::ray_extent(g, axis, level);
+            const double mean = g.mean2d[axis];
+            const auto ends_at = [&](double rim, double end) {
+                return std::abs(end - rim) <=
+                       kRayMargin * (std::abs(end - mean) + 1) + kRayMeanMargin * std::abs(mean);
+            };
+            if (!ends_at(1, most) && !ends_at(1 + size[axis], least)) continue;
+            const bool seen = projected.gaussians[i].valid;
+            expected["depths"].other[i] = seen ? 0 : g.depth;
+            for (std::size_t k = 0; k < 2; ++k)
+                expected["means2d"].other[2 * i + k] = seen ? 0 : g.mean2d[k] - 1;
+        }
+    }
+}
+
 std::vector<float> singles(const std::vector<double>& values) {
     return {values.begin(), values.end()};
 }
@@ -169,7 +207,8 @@ const char* const kRasterReason =
     "K), "
     "for two factors of a conic and a quotient for each Gaussian; of rotations also what a "
     "quotient "
-    "by their length leaves along them";
+    "by their length leaves along them; along rays a Gaussian that ends within 1e-3 of a rim may "
+    "be in the image or not";
 
 std::map<std::string, Expected> raster_expected(const RasterScene& scene, const RasterLoss& loss,
                                                 int samples) {
@@ -198,6 +237,7 @@ std::map<std::string, Expected> raster_expected(const RasterScene& scene, const 
         tensor.allowed.assign(tensor.value.size(),
                               4 * change[name] + 4 * kRounding * roundings * largest + 0x1p-119);
     }
+    if (scene.options.is_ray()) decide_otherwise(scene, projected, expected);
     return expected;
 }
 

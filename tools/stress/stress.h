@@ -26,10 +26,10 @@ struct Expected {
     /// The largest number that summing up an element meets; empty: `value`. Where float32 cannot hold it, a
     /// result must be infinite or right.
     std::vector<double> largest;
-    /// What a device that flushes denormal inputs to zero may give instead, and how far float32 may lie from that;
-    /// empty: the same.
-    std::vector<double> flushed{};
-    std::vector<double> flushed_allowed{};
+    /// What a device may give instead, and how far float32 may lie from that; empty: the same. It may flush denormal
+    /// inputs to zero, or decide otherwise whether a Gaussian that ends at the rim of the image is in it.
+    std::vector<double> other{};
+    std::vector<double> other_allowed{};
 };
 
 /// What a comparison found.

@@ -27,14 +27,14 @@ struct Distance {
     [[nodiscard]] bool beyond() const { return error > allowed; }
 };
 
-/// From float64, or, where that is too far, from what flushed inputs give.
+/// From float64, or, where that is too far, from what a device may give instead.
 Distance distance_of(float got, const Expected& expected, std::size_t i) {
     const auto from = [&](double value, double allowed) {
         return Distance{std::abs(static_cast<double>(got) - value), allowed};
     };
     const Distance distance = from(expected.value[i], expected.allowed[i]);
-    if (!distance.beyond() || expected.flushed.empty()) return distance;
-    const Distance other = from(expected.flushed[i], expected.flushed_allowed[i]);
+    if (!distance.beyond() || expected.other.empty()) return distance;
+    const Distance other = from(expected.other[i], expected.other_allowed[i]);
     return other.beyond() ? distance : other;
 }
 
@@ -96,8 +96,8 @@ std::size_t count_unequal(const std::vector<float>& a, const std::vector<float>&
 
 float beyond_bound(const Expected& expected) {
     double most = expected.value[0] + 2 * expected.allowed[0];
-    if (!expected.flushed.empty())
-        most = std::max(most, expected.flushed[0] + 2 * expected.flushed_allowed[0]);
+    if (!expected.other.empty())
+        most = std::max(most, expected.other[0] + 2 * expected.other_allowed[0]);
     return static_cast<float>(most + 1e-3 * unit_of(expected.value));
 }
 
