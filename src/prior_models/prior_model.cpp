@@ -76,6 +76,15 @@ std::string ports_text(const std::vector<NetworkPort>& ports) {
     return text.empty() ? "none" : text;
 }
 
+Status set_tokens(Preset& preset, std::uint32_t tokens) {
+    if (tokens == 0) return {};
+    if (preset.input.tokens == 0)
+        return invalid("%u tokens are asked for, but preset '%s' takes none", tokens,
+                       preset.name.c_str());
+    preset.input.tokens = tokens;
+    return {};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<PriorModel>> PriorModel::create(const PriorModelDesc& desc) {
@@ -83,30 +92,25 @@ Result<std::unique_ptr<PriorModel>> PriorModel::create(const PriorModelDesc& des
         return invalid("neither a preset nor a model is named");
     const bool by_weights = desc.preset.empty() && io::is_weights_file(desc.model);
     Preset preset;
-    if (!by_weights)
+    if (!by_weights) {
         SPLAT_SET(preset,
                   desc.preset.empty() ? preset_of_file(desc.model) : preset_of(desc.preset));
+        SPLAT_TRY(set_tokens(preset, desc.tokens));
+    }
     SPLAT_ASSIGN(const std::string path, model_path(preset, desc.model));
     auto network = open_network(desc, path);
     if (!network.ok()) return with_size(network.status(), preset, path);
-    if (by_weights) SPLAT_SET(preset, preset_of_model(path, network.value().get()));
+    if (by_weights) {
+        SPLAT_SET(preset, preset_of_model(path, network.value().get()));
+        SPLAT_TRY(set_tokens(preset, desc.tokens));
+    }
     SPLAT_TRY(check_preset(preset, *network.value()));
     std::unique_ptr<PriorModel> model(
         new PriorModel(std::move(preset), std::move(network.value())));
-    SPLAT_TRY(model->set_tokens(desc.tokens));
     Status fits = model->check_input();
     if (fits.ok()) fits = model->check_outputs();
     if (!fits.ok()) return with_size(fits, model->preset_, path);
     return model;
-}
-
-Status PriorModel::set_tokens(std::uint32_t tokens) {
-    if (tokens == 0) return {};
-    if (preset_.input.tokens == 0)
-        return invalid("%u tokens are asked for, but preset '%s' takes none", tokens,
-                       preset_.name.c_str());
-    preset_.input.tokens = tokens;
-    return {};
 }
 
 Status PriorModel::check_input() {

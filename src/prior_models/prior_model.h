@@ -64,7 +64,6 @@ class PriorModel {
   private:
     PriorModel(Preset preset, std::unique_ptr<Network> network)
         : preset_(std::move(preset)), network_(std::move(network)) {}
-    Status set_tokens(std::uint32_t tokens);
     Status check_input();
     Status check_outputs();
     [[nodiscard]] Status check_output(const PresetOutput& output, const NetworkPort& port) const;

@@ -152,6 +152,7 @@ void MisuseTable::prior_model_rows() {
     invalid("JSON without members", kArgument, [](auto& d) { d.preset = "{}"; });
     invalid("JSON that ends early", kArgument, [](auto& d) { d.preset = "{"; });
     invalid("too many threads", kArgument, [](auto& d) { d.threads = UINT32_MAX; });
+    invalid("tokens for a network without them", kArgument, [](auto& d) { d.tokens = 1200; });
     invalid("weights without a device", kArgument,
             [](auto& d) { d.preset = "moge-2-vits-normal", d.model_path = g_weights.c_str(); });
     invalid("a device that is none", kHandle, [](auto& d) {
