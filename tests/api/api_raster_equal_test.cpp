@@ -77,7 +77,8 @@ std::vector<double> read(const Drawn& drawn, splat_output which, const Dims& dim
 }
 
 void compare_outputs(const RasterCase& from, const RasterMode& mode) {
-    Drawn drawn(from, mode, SPLAT_RASTERIZER_DEPTH | SPLAT_RASTERIZER_NORMALS);
+    Drawn drawn(from, mode,
+                SPLAT_RASTERIZER_DEPTH | SPLAT_RASTERIZER_NORMALS | SPLAT_RASTERIZER_MEDIAN_DEPTH);
     drawn.forward();
     const RasterRun run =
         run_raster(*shared_context(vk::Kernels::kPlain), from, raster_desc(from, mode));
@@ -90,6 +91,7 @@ void compare_outputs(const RasterCase& from, const RasterMode& mode) {
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_ALPHA, {1, h, w}), out.alpha);
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_DEPTH, {1, h, w}), out.depth);
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_EXPECTED_DEPTH, {1, h, w}), out.depth_expected);
+    EXPECT_EQ(read(drawn, SPLAT_OUTPUT_MEDIAN_DEPTH, {1, h, w}), out.median);
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_NORMALS, {1, h, w, 3}), out.normal);
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_CONTRIBUTORS, {1, h, w}), doubles(out.n_contrib));
     EXPECT_EQ(read(drawn, SPLAT_OUTPUT_MEANS2D, {1, n, 2}), out.means2d);

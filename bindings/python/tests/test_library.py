@@ -154,7 +154,7 @@ class Types(unittest.TestCase):
         for kind in kinds:
             self.assertNotRegex(kind.__doc__ or "of the headers", "of the headers")
         self.assertIn("GSPLAT           gsplat 1.6", splat.Convention.__doc__ or "")
-        self.assertEqual(get_args(_native.ConventionName), ("3dgs", "gsplat"))
+        self.assertEqual(get_args(_native.ConventionName), ("3dgs", "gsplat", "ray_maximum"))
 
     def test_mypy_is_content(self) -> None:
         done = subprocess.run([sys.executable, "-m", "mypy", "--cache-dir=/dev/null"],

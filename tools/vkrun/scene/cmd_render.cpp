@@ -147,8 +147,13 @@ std::vector<View> path_views(const RenderOptions& options) {
 
 /// SPLAT_DRAWN_ bits.
 std::uint32_t drawn_as(const RenderOptions& options, const SceneFile& file) {
-    return drawn_bits(options.drawn_as, file.info.drawn_as) |
-           (options.antialiased ? SPLAT_DRAWN_ANTIALIASED : 0);
+    const std::uint32_t drawn = drawn_bits(options.drawn_as, file.info.drawn_as) |
+                                (options.antialiased ? SPLAT_DRAWN_ANTIALIASED : 0);
+    if (options.convention == "ray_maximum" && (drawn & SPLAT_DRAWN_ANTIALIASED) != 0)
+        throw Failure(kUsageError,
+                      "--convention ray_maximum has no antialiasing: leave out --antialiased, and "
+                      "give --drawn-as plain if the scene's file asks for it");
+    return drawn;
 }
 
 /// Draws views of one scene; a change of size replaces the rasterizer.

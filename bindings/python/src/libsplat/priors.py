@@ -232,16 +232,16 @@ class PriorModel(Handle):
         maps   the names; None: all that the model makes
         dtype  uint8, float16 or float32
         """
-        return self._run(picture, maps, dtype, None)
+        return self._make(picture, maps, dtype, None)
 
     def run_focal(self, picture: ArrayLike, maps: Optional[Sequence[str]] = None,
                   dtype: Any = np.uint8) -> Tuple[Dict[str, NDArray[Any]], float]:
         """The same, and the focal length of the picture's camera, pixels; 0 if the model does not tell it."""
         focal = c_double()
-        return self._run(picture, maps, dtype, focal), focal.value
+        return self._make(picture, maps, dtype, focal), focal.value
 
-    def _run(self, picture: ArrayLike, maps: Optional[Sequence[str]], dtype: Any,
-             focal: Optional[c_double]) -> Dict[str, NDArray[Any]]:
+    def _make(self, picture: ArrayLike, maps: Optional[Sequence[str]], dtype: Any,
+              focal: Optional[c_double]) -> Dict[str, NDArray[Any]]:
         array = pixel_array(picture, "picture")
         flags = self.info.maps
         names = [name for name in MAPS if flags & MAPS[name][1]] if maps is None else list(maps)
