@@ -57,7 +57,7 @@ TEST_P(ModelHeadRow, GivesGaussiansAndGradients) {
     const Inputs inputs(network);
     run(*model, inputs);
     const ref::GaussianHeadInput head = head_input(*model, inputs);
-    EXPECT_EQ(head.net_out.size(), 2U * 13 * head.shape.pixels)
+    EXPECT_EQ(head.net_out.size(), 2U * 15 * head.shape.pixels)
         << "depth, point, opacity, scale, rotation, colour";
     const Model::Outputs out = need(model->outputs());
     const auto expected = ref::gaussian_head_forward<double>(head);

@@ -16,7 +16,8 @@ constexpr double kSums = 4;
 /// The Cholesky factor of a conic has these: sqrt(c) / sqrt(det), of rows divided by the depth.
 constexpr double kFactor = kSums + 2 * ref::kQuotientRoundings + 2 * ref::kRootRoundings;
 constexpr double kUnitVector = kSums + ref::kInverseRootRoundings;
-constexpr double kRayMargin = 1e-3, kRayMeanMargin = 4e-6;  // of ray_form.glsl
+// shaders/include/raster/ray_form.glsl has the same.
+constexpr double kRayMargin = 1e-3, kRayMeanMargin = 4e-6;
 
 /// Moves numbers by up to so many roundings.
 class Noise {
@@ -156,7 +157,7 @@ double left_along_rotations(const RasterScene& scene, const std::vector<double>&
 }
 
 /// Other decisions on Gaussians that end within rounding of a rim of the image: rays see the box as it is, where
-/// projections round it to whole pixels. Margins are those of ray_form.glsl.
+/// projections round it to whole pixels.
 void decide_otherwise(const RasterScene& scene, const ref::ProjectForward<double>& projected,
                       std::map<std::string, Expected>& expected) {
     for (const char* name : {"means2d", "depths"}) {
@@ -175,7 +176,8 @@ void decide_otherwise(const RasterScene& scene, const ref::ProjectForward<double
     for (std::size_t i = 0; i < scene.count(); ++i) {
         const ref::ProjectedGaussian<double>& g = around.gaussians[i];
         if (!g.valid) continue;
-        const double level = 2 * std::log(g.opacity / splat::raster::kAlphaMin);
+        const double level =
+            2 * std::log(g.opacity / static_cast<double>(splat::raster::kAlphaMin));
         for (std::size_t axis = 0; axis < 2; ++axis) {
             const auto [least, most] = ref::ray_extent(g, axis, level);
             const double mean = g.mean2d[axis];
