@@ -22,8 +22,7 @@ set(ENV{PKG_CONFIG_SYSROOT_DIR} "")
 
 # Windows 10; what is built needs no library of the compiler, and two builds have the same bytes.
 set(CMAKE_C_FLAGS_INIT "-D_WIN32_WINNT=0x0A00")
-# Several files compiled as one have more sections than a plain object file.
-set(CMAKE_CXX_FLAGS_INIT "-D_WIN32_WINNT=0x0A00 -Wa,-mbig-obj")
+set(CMAKE_CXX_FLAGS_INIT "-D_WIN32_WINNT=0x0A00")
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-static -Wl,--no-insert-timestamp")
 set(CMAKE_SHARED_LINKER_FLAGS_INIT "-static -Wl,--no-insert-timestamp")
 find_program(SPLAT_WINE NAMES wine64 wine)
