@@ -244,8 +244,9 @@ Status check_attributes(const Attributes& attributes) {
     return {};
 }
 
-Conv2dDesc conv2d_desc(const Attributes& attributes, const Shape& x, const Shape& weight,
-                       bool bias) {
+/// Winograd's tile becomes smaller where a device cannot bind its weights: 36 / 9 of those of the convolution.
+Conv2dDesc conv2d_desc(const vk::Recorder& recorder, const Attributes& attributes, const Shape& x,
+                       const Shape& weight, bool bias) {
     Conv2dDesc desc{.n = x[0],
                     .in_channels = x[1],
                     .height = x[2],
@@ -259,11 +260,15 @@ Conv2dDesc conv2d_desc(const Attributes& attributes, const Shape& x, const Shape
     const std::int64_t precision = attributes.integer("precision");
     if (precision > 0 && desc.kernel == 3)
         desc.winograd = conv2d_algorithm(desc, static_cast<Conv2dPrecision>(precision - 1));
+    const std::uint64_t most = recorder.device().limits.max_storage_buffer_bytes;
+    while (desc.winograd > 0 && winograd_weight_bytes(desc) > most) desc.winograd -= 2;
     return desc;
 }
 
-Conv2dDesc conv2d_desc(const Attributes& attributes, const OpViews& v) {
-    return conv2d_desc(attributes, v.inputs[0].shape, v.inputs[1].shape, present(v.inputs[2]));
+Conv2dDesc conv2d_desc(const vk::Recorder& recorder, const Attributes& attributes,
+                       const OpViews& v) {
+    return conv2d_desc(recorder, attributes, v.inputs[0].shape, v.inputs[1].shape,
+                       present(v.inputs[2]));
 }
 
 Result<OpPlan> conv2d_plan(const vk::Recorder& recorder, const Attributes& attributes,
@@ -280,7 +285,7 @@ Result<OpPlan> conv2d_plan(const vk::Recorder& recorder, const Attributes& attri
     if (bias) SPLAT_TRY(expect_shape("conv2d", "bias", inputs[2], {weight[0]}));
     const Shape y{x[0], weight[0], x[2], x[3]};
     if (inputs[3].rank() > 0) SPLAT_TRY(expect_shape("conv2d", "residual", inputs[3], y));
-    const Conv2dDesc desc = conv2d_desc(attributes, x, weight, bias);
+    const Conv2dDesc desc = conv2d_desc(recorder, attributes, x, weight, bias);
     SPLAT_TRY(conv2d_check(desc));
     const std::uint64_t for_input = conv2d_backward_input_bytes(recorder, desc),
                         for_weight = conv2d_backward_weight_bytes(recorder, desc);
@@ -298,12 +303,12 @@ Result<OpPlan> conv2d_plan(const vk::Recorder& recorder, const Attributes& attri
 Status conv2d_row_prepare(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v,
                           Pass pass) {
     const bool transposed = pass == Pass::kBackward;
-    return conv2d_prepare_weight(recorder, conv2d_desc(attributes, v), v.inputs[1],
+    return conv2d_prepare_weight(recorder, conv2d_desc(recorder, attributes, v), v.inputs[1],
                                  transposed ? v.backward_prepared : v.forward_prepared, transposed);
 }
 
 Status conv2d_row_forward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
-    const Conv2dDesc desc = conv2d_desc(attributes, v);
+    const Conv2dDesc desc = conv2d_desc(recorder, attributes, v);
     const BufferView& weight = present(v.forward_prepared) ? v.forward_prepared : v.inputs[1];
     return conv2d_forward(recorder, desc, v.inputs[0], weight,
                           desc.bias ? v.inputs[2] : v.inputs[1], v.inputs[3], v.outputs[0],
@@ -311,7 +316,7 @@ Status conv2d_row_forward(vk::Recorder& recorder, const Attributes& attributes, 
 }
 
 Status conv2d_row_backward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
-    const Conv2dDesc desc = conv2d_desc(attributes, v);
+    const Conv2dDesc desc = conv2d_desc(recorder, attributes, v);
     const BufferView& weight = present(v.backward_prepared) ? v.backward_prepared : v.inputs[1];
     const BufferView& grad_y = v.grad_outputs[0];
     if (present(v.grad_inputs[0]) || present(v.grad_inputs[1]))

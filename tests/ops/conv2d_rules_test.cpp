@@ -29,6 +29,23 @@ TEST_P(Conv2dRulesPlain, ComputeDirectly) {
     EXPECT_EQ(direct.grad_inputs, asked.grad_inputs);
 }
 
+/// Of 1024 channels, tiles of 4 x 4 have more weights than 128 MiB; of 1536, those of 2 x 2, too.
+TEST_P(Conv2dRules, PreparedWeightsFitOneBinding) {
+    const vk::Recorder recorder(context());
+    const auto limit = context().device().info().limits.max_storage_buffer_bytes;
+    const ops::OpRow& row = *need(ops::find_op("conv2d"));
+    for (const std::uint32_t channels : {1024U, 1536U})
+        for (const int winograd : {2, 4}) {
+            const auto attributes = need(ops::complete_attributes(
+                row, need(parse_flat_json(nlohmann::json{{"winograd", winograd}}.dump(), "test"))));
+            const auto plan = need(row.plan(
+                recorder, attributes,
+                std::vector<Shape>{{1, channels, 32, 32}, {channels, channels, 3, 3}, {}, {}}));
+            EXPECT_LE(plan.forward_prepared, limit) << channels;
+            EXPECT_LE(plan.backward_prepared, limit) << channels;
+        }
+}
+
 TEST_P(Conv2dRules, RejectsBadShapes) {
     const Conv2dCase good = Conv2dCase::normal({2, 3, 5, 4, 6, 3}, 630);
     const auto status = [&](const auto& change) {
