@@ -7,8 +7,15 @@
 namespace vkrun {
 namespace {
 
-/// Images per call of the rasterizer: few calls, and little memory.
-constexpr std::uint32_t kViewsAtOnce = 16;
+/// Images per call of the rasterizer: few calls, and little memory; fewer of large scenes, whose views share a binding.
+std::uint32_t views_at_once(const Scene& scene, std::uint32_t views) {
+    constexpr std::uint64_t kMost = 16, kGaussians = 1U << 20U;
+    auto info = sized<splat_scene_info>();
+    check(splat_scene_get_info(scene.get(), &info));
+    const std::uint64_t most =
+        std::clamp<std::uint64_t>(kGaussians / std::max<std::uint64_t>(info.count, 1), 1, kMost);
+    return std::min(views, static_cast<std::uint32_t>(most));
+}
 
 Rasterizer make_rasterizer(splat_device device, const Scene& scene, const splat_camera& camera,
                            std::uint32_t views, std::uint32_t flags,
@@ -35,12 +42,13 @@ std::vector<float> draw_scene(splat_device device, const Scene& scene,
                               splat_convention convention) {
     const auto count = static_cast<std::uint32_t>(cameras.size());
     const std::uint32_t side = cameras.front().width;
+    const std::uint32_t at_once = views_at_once(scene, count);
     const Rasterizer rasterizer =
-        make_rasterizer(device, scene, cameras.front(), std::min(count, kViewsAtOnce), 0, convention);
+        make_rasterizer(device, scene, cameras.front(), at_once, 0, convention);
     const std::size_t image = std::size_t{3} * side * side;
     std::vector<float> images(count * image);
-    for (std::uint32_t first = 0; first < count; first += kViewsAtOnce) {
-        const std::uint32_t views = std::min(kViewsAtOnce, count - first);
+    for (std::uint32_t first = 0; first < count; first += at_once) {
+        const std::uint32_t views = std::min(at_once, count - first);
         check(splat_rasterizer_forward_scene(rasterizer.get(), nullptr, scene.get(),
                                              &cameras[first], views, background));
         std::vector<splat_image> drawn;
