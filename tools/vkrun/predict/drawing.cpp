@@ -11,8 +11,7 @@ namespace {
 constexpr std::uint32_t kViewsAtOnce = 16;
 
 Rasterizer make_rasterizer(splat_device device, const Scene& scene, const splat_camera& camera,
-                           std::uint32_t views, std::uint32_t flags,
-                           splat_convention convention = 0) {
+                           std::uint32_t views, std::uint32_t flags, splat_convention convention) {
     auto info = sized<splat_scene_info>();
     check(splat_scene_get_info(scene.get(), &info));
     auto desc = sized<splat_rasterizer_desc>();
@@ -35,8 +34,8 @@ std::vector<float> draw_scene(splat_device device, const Scene& scene,
                               splat_convention convention) {
     const auto count = static_cast<std::uint32_t>(cameras.size());
     const std::uint32_t side = cameras.front().width;
-    const Rasterizer rasterizer =
-        make_rasterizer(device, scene, cameras.front(), std::min(count, kViewsAtOnce), 0, convention);
+    const Rasterizer rasterizer = make_rasterizer(device, scene, cameras.front(),
+                                                  std::min(count, kViewsAtOnce), 0, convention);
     const std::size_t image = std::size_t{3} * side * side;
     std::vector<float> images(count * image);
     for (std::uint32_t first = 0; first < count; first += kViewsAtOnce) {
@@ -53,8 +52,9 @@ std::vector<float> draw_scene(splat_device device, const Scene& scene,
 }
 
 Depth draw_scene_depth(splat_device device, const Scene& scene, const splat_camera& camera,
-                       const float* background) {
-    const Rasterizer rasterizer = make_rasterizer(device, scene, camera, 1, SPLAT_RASTERIZER_DEPTH);
+                       const float* background, splat_convention convention) {
+    const Rasterizer rasterizer =
+        make_rasterizer(device, scene, camera, 1, SPLAT_RASTERIZER_DEPTH, convention);
     check(splat_rasterizer_forward_scene(rasterizer.get(), nullptr, scene.get(), &camera, 1,
                                          background));
     Depth drawn;
