@@ -252,11 +252,11 @@ typedef struct splat_port {
 /* ---- Models ---------------------------------------------------------------------------------- */
 
 /* A network from images to Gaussians (Splatter Image, with depth, normal and mask channels,
- * embeddings and low-rank adapters; or LGM), with its parameters on a device. N = objects * views
- * images of R x R pixels; M = views * S * S * model.head.per_pixel Gaussians per object, where S is R,
- * of lgm_unet R / 2^(levels of model.down - levels of model.up). The caller synchronises calls on one
- * model. Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters, lists of
- * parts of parameter names, choose what gets gradients. */
+ * embeddings and low-rank adapters; LGM), with its parameters on a device. N = objects * views images
+ * of R x R pixels; M = views * S * S * model.head.per_pixel Gaussians per object, where S is R, or
+ * half of it for each level that model.up has fewer than model.down. The caller synchronises calls on
+ * one model. Keys: splat_config_keys; opt.freeze and opt.train_with_adapters, lists of parts of
+ * parameter names, choose what gets gradients. */
 
 /* What a model can do. */
 enum {
@@ -406,9 +406,7 @@ SPLAT_API splat_result splat_model_tensor(splat_model model, const char* name,
                                           splat_tensor* tensor);
 
 /* Where a pass finds its numbers. */
-enum {
-    SPLAT_PASS_TENSORS = 1u << 0
-}; /* in the tensors of splat_model_tensor, unchecked; no arrays */
+enum { SPLAT_PASS_TENSORS = 1u << 0 }; /* in the tensors of splat_model_tensor, unchecked; no arrays */
 
 /* Counts are of numbers in the array beside them; 0: trusted. */
 typedef struct splat_model_input {
@@ -423,8 +421,7 @@ typedef struct splat_model_input {
      * several pictures in turn, such as RGB, then depth: N pictures or a multiple */
     const splat_image* pictures;
     const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance or head's
-                          * depth; of lgm_unet (RGB - mean) / deviation of ImageNet, o x d and d of each
-                          * pixel's ray, in its world of right, up and back */
+                          * depth; LGM's: RGB as ImageNet normalises it, o x d and d of rays, y up, z back */
     uint64_t images_count;
     const float* view_to_world; /* [N,4,4] row vectors: p_world = p_view M; NULL: the identity */
     uint64_t view_to_world_count;

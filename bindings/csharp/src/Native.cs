@@ -4062,9 +4062,8 @@ namespace Splat.Interop
         /// <summary>images in the caller's layout, instead of <c>images</c>; the planes of an image may come from
         /// several pictures in turn, such as RGB, then depth: N pictures or a multiple</summary>
         public splat_image* pictures;
-        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth; of lgm_unet
-        /// (RGB - mean) / deviation of ImageNet, o x d and d of each pixel's ray, in its world of right, up and
-        /// back</summary>
+        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth; LGM's: RGB as
+        /// ImageNet normalises it, o x d and d of rays, y up, z back</summary>
         public float* images;
         public ulong images_count;
         /// <summary>[N,4,4] row vectors: p_world = p_view M; NULL: the identity</summary>

@@ -425,9 +425,9 @@ pub type splat_weights = *mut splat_weights_s;
 
 #[repr(C)] pub struct splat_model_s { opaque: [u8; 0] }
 /// A network from images to Gaussians (Splatter Image, with depth, normal and mask channels, embeddings and low-rank
-/// adapters; or LGM), with its parameters on a device. N = objects * views images of R x R pixels; M = views * S * S
-/// * model.head.per_pixel Gaussians per object, where S is R, of lgm_unet R / 2^(levels of model.down - levels of
-/// model.up). The caller synchronises calls on one model. Keys of a configuration: splat_config_keys; opt.freeze and
+/// adapters; LGM), with its parameters on a device. N = objects * views images of R x R pixels; M = views * S * S *
+/// model.head.per_pixel Gaussians per object, where S is R, or half of it for each level that model.up has fewer than
+/// model.down. The caller synchronises calls on one model. Keys: splat_config_keys; opt.freeze and
 /// opt.train_with_adapters, lists of parts of parameter names, choose what gets gradients.
 pub type splat_model = *mut splat_model_s;
 
@@ -1348,8 +1348,8 @@ pub struct splat_model_input {
     /// images in the caller's layout, instead of `images`; the planes of an image may come from several pictures in
     /// turn, such as RGB, then depth: N pictures or a multiple
     pub pictures: *const splat_image,
-    /// \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth; of lgm_unet (RGB - mean)
-    /// / deviation of ImageNet, o x d and d of each pixel's ray, in its world of right, up and back
+    /// \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth; LGM's: RGB as ImageNet
+    /// normalises it, o x d and d of rays, y up, z back
     pub images: *const f32,
     pub images_count: u64,
     /** \[N,4,4\] row vectors: p_world = p_view M; NULL: the identity */ pub view_to_world: *const f32,
