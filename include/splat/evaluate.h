@@ -38,7 +38,8 @@ typedef struct splat_evaluator_desc {
     uint32_t struct_size;
     uint32_t flags;            /* 0 */
     const void* next;          /* NULL */
-    splat_predictor predictor; /* what is scored; NULL: images of the caller */
+    splat_predictor predictor; /* what is scored; its `aggregate` is 0 unless there is a method. NULL:
+                                * images of the caller */
     /* opened with the predictor's resolution, background and maps; NULL: `data_path` */
     splat_dataset dataset;
     /* a folder, opened as the predictor's configuration says; both NULL: its data.root */

@@ -252,10 +252,11 @@ typedef struct splat_port {
 /* ---- Models ---------------------------------------------------------------------------------- */
 
 /* A network from images to Gaussians (Splatter Image, with depth, normal and mask channels,
- * embeddings and low-rank adapters), with its parameters on a device. M = views * R * R Gaussians
- * per object; N = objects * views images of R x R pixels. The caller synchronises calls on one
- * model. Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters, lists
- * of parts of parameter names, choose what gets gradients. */
+ * embeddings and low-rank adapters; LGM), with its parameters on a device. N = objects * views images
+ * of R x R pixels; M = views * S * S * model.head.per_pixel Gaussians per object, where S is R, or
+ * half of it for each level that model.up has fewer than model.down. The caller synchronises calls on
+ * one model. Keys: splat_config_keys; opt.freeze and opt.train_with_adapters, lists of parts of
+ * parameter names, choose what gets gradients. */
 
 /* What a model can do. */
 enum {
@@ -390,7 +391,7 @@ SPLAT_API splat_result splat_model_ports(splat_model model, splat_port_kind kind
  *   gradients   "grad:" and the name of an output (in, for splat_model_backward; at first zeros),
  *               of a parameter (out, sums), or of "images", "embedding", "tokens" (out)
  * "means[1]" is the part of object 1 of an output or its gradient, in the shape that a rasterizer
- * takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,R,R] of "raw".
+ * takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,S,S] of "raw".
  *
  * A pass reads what the tensors hold when it runs. After a parameter is written through its tensor,
  * the next pass prepares weights anew, as after splat_model_write. If a pointer to a parameter was
@@ -405,9 +406,7 @@ SPLAT_API splat_result splat_model_tensor(splat_model model, const char* name,
                                           splat_tensor* tensor);
 
 /* Where a pass finds its numbers. */
-enum {
-    SPLAT_PASS_TENSORS = 1u << 0
-}; /* in the tensors of splat_model_tensor, unchecked; no arrays */
+enum { SPLAT_PASS_TENSORS = 1u << 0 }; /* in the tensors of splat_model_tensor, unchecked; no arrays */
 
 /* Counts are of numbers in the array beside them; 0: trusted. */
 typedef struct splat_model_input {
@@ -421,7 +420,8 @@ typedef struct splat_model_input {
     /* images in the caller's layout, instead of `images`; the planes of an image may come from
      * several pictures in turn, such as RGB, then depth: N pictures or a multiple */
     const splat_image* pictures;
-    const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth */
+    const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance or head's
+                          * depth; LGM's: RGB as ImageNet normalises it, o x d and d of rays, y up, z back */
     uint64_t images_count;
     const float* view_to_world; /* [N,4,4] row vectors: p_world = p_view M; NULL: the identity */
     uint64_t view_to_world_count;
@@ -447,7 +447,7 @@ SPLAT_API splat_result splat_model_forward(splat_model model, const splat_model_
 /* Read a tensor of splat_model_tensor; outputs, of the latest splat_model_forward: "means"
  * [objects,M,3] scene units, "opacities" [objects,M,1], "scales" [objects,M,3], "rotations"
  * [objects,M,4] w x y z, "sh" [objects,M,K,3] with the constant term first, "raw" [N,output
- * channels,R,R]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
+ * channels,S,S]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
  * "grad:images" [N,channels that the network sees,R,R], "grad:embedding" (custom ones),
  * "grad:tokens", shaped as in splat_model_input.
  * values    out, `bytes` bytes, at least those of the values

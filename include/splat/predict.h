@@ -160,8 +160,9 @@ typedef struct splat_predictor_info {
     uint32_t normal;          /* 1: it takes a normal map */
     uint32_t mask;            /* 1: it takes the object's mask, which is always found */
     uint32_t origin_distance; /* 1: it takes the distance of the object's origin */
-    uint64_t gaussians;       /* views * R * R Gaussians of one prediction, of all that are joined; a
-                               * scene gets the visible ones */
+    uint64_t gaussians;       /* views * S * S * model.head.per_pixel Gaussians of one prediction, of
+                               * all that are joined; S is R, or fewer pixels of lgm_unet, whose
+                               * model.up is shorter than model.down. A scene gets the visible ones */
     uint32_t sh_degree;       /* degree of the spherical harmonics, 0 to 3 */
     float background[3];      /* colour behind the object, 0 to 1 */
     double fov_degrees;       /* across the square; 0: each view has a focal length of its own */

@@ -57,7 +57,7 @@ typedef struct splat_prior_model_desc {
      * else libsplat/priors/ of the user's data folder, where it may have either form */
     const char* model_path;
     /* library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1
-     * beside libsplat or where the system's loader looks */
+     * beside libsplat or where the system's loader looks. Weights do not need it */
     const char* runtime_path;
     uint32_t threads; /* threads of one run by ONNX Runtime; 0: one per core */
     /* patches that a model whose preset has "tokens" divides a picture into, about; 0: the preset's.
@@ -126,8 +126,8 @@ SPLAT_API splat_result splat_prior_model_run(splat_prior_model model, const spla
 /* Make maps of pictures, as splat_prior_model_run(), and find the focal lengths of their cameras.
  * maps      as there, but with focals none need be wanted
  * focals    out, `count`, pixels in both directions; of models whose depth are points (MoGe-2), for the
- *           pinhole camera that sees them best, 60 degrees across the width where no camera does; 0 of
- *           others
+ *           pinhole camera that sees them best, or, with a warning, 60 degrees across the width where
+ *           no camera does; 0 of others
  * Returns as splat_prior_model_run() */
 SPLAT_API splat_result splat_prior_model_run_focal(splat_prior_model model,
                                                    const splat_image* pictures,

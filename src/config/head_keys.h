@@ -11,6 +11,13 @@ inline constexpr Condition kDepths{
     [](const Settings& s) { return s.network.positions == kHeadInputDepth; },
     "unless model.head.positions is input_depth"};
 
+inline constexpr Condition kRayDepths{
+    [](const Settings& s) { return s.network.positions == kHeadRayDepth; },
+    "unless model.head.positions is ray_depth"};
+inline constexpr Condition kOnRays{
+    [](const Settings& s) { return s.network.positions != kHeadBox; },
+    "where model.head.positions is box"};
+
 /// A word for each value of a member, from `First` on.
 template <auto Member, int First>
 constexpr Field kWord{KeyType::kChoice, Part::kNetwork,
@@ -45,10 +52,12 @@ inline constexpr Key kHeadKeys[] = {
      words("ray_depth, input_depth, box"), kOurs,
      "Where means are: at a depth of the network along the pixel's ray, at one that an input gives "
      "in scene units, or in a box."},
-    where(kDepths,
-          {"model.head.depth_maps", kWord<&P::depth_farther, 0>, words("nearer, farther"), kOurs,
-           "What larger numbers of depth maps are, whose least and greatest lie at data.znear and "
-           "data.zfar: nearer, relative inverse depths; or farther, relative depths."}),
+    where(
+        kDepths,
+        {"model.head.depth_maps", kWord<&P::depth_farther, 0>, words("nearer, farther"), kOurs,
+         "What larger numbers of a picture's depth map are, whose least and greatest lie at "
+         "data.znear and data.zfar: nearer, relative inverse depths, as in data sets; or farther, "
+         "relative depths."}),
     {"model.head.scales", kWord<&P::scales, kHeadExp>, words("exp, softplus"), kOurs,
      "Scales are exp(x), or log(1 + exp(x)) / 10."},
     {"model.head.colours", kWord<&P::direct, 0>, words("harmonics, direct"), kOurs,

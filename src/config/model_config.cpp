@@ -41,6 +41,7 @@ Status check_unused_by_lgm(const ModelConfig& c) {
         {"model.token_dim", c.token_dim > 0},
         {"model.named_resolution", c.named_resolution != 0},
         {"opt.lora_finetune", c.lora.rank > 0},
+        {"model.head.positions", c.positions == kHeadInputDepth},
     };
     for (const auto& [key, given] : unused)
         if (given)

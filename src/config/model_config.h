@@ -91,7 +91,8 @@ struct ModelConfig {
     std::uint32_t tokens = 0;     ///< tokens per image
 
     std::uint32_t positions = kHeadRayDepth;  ///< kHeadInputDepth: of a last plane, in scene units
-    /// What larger numbers of its maps are: false, nearer, relative inverse depths; true, farther, relative depths.
+    /// What larger numbers of a picture's map are: false, nearer, relative inverse depths; true, farther, relative
+    /// depths.
     bool depth_farther = false;
     std::uint32_t scales = kHeadExp;
     bool direct = false;          ///< colours are red, green and blue; degree 0

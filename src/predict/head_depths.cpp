@@ -25,13 +25,12 @@ std::vector<float> central_square(const data::NamedImage& map, std::uint32_t sid
 
 }  // namespace
 
-void to_scene_depths(const config::ModelConfig& network, std::span<float> numbers) {
+void to_scene_depths(const config::ModelConfig& network, bool farther, std::span<float> numbers) {
     const auto near = static_cast<double>(network.znear), far = static_cast<double>(network.zfar);
     for (float& number : numbers) {
         const auto part = static_cast<double>(number);
-        number =
-            static_cast<float>(network.depth_farther ? near + part * (far - near)
-                                                     : 1 / (1 / far + part * (1 / near - 1 / far)));
+        number = static_cast<float>(farther ? near + part * (far - near)
+                                            : 1 / (1 / far + part * (1 / near - 1 / far)));
     }
 }
 
@@ -55,7 +54,7 @@ Result<std::vector<float>> head_depths(const config::ModelConfig& network,
     std::vector<float> depths;
     for (const double value : scaled)
         depths.push_back(static_cast<float>((value - least) / (most - least)));
-    to_scene_depths(network, depths);
+    to_scene_depths(network, network.depth_farther, depths);
     return depths;
 }
 

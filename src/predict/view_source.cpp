@@ -55,7 +55,8 @@ void append_input(const config::ModelConfig& network, const Maps& maps, std::siz
         views.inputs.insert(views.inputs.end(), pixels, maps.distances[view]);
     if (network.positions != kHeadInputDepth) return;
     append(maps.depths, 1);
-    to_scene_depths(network, std::span(views.inputs).last(pixels));
+    // Larger is nearer in every data set; model.head.depth_maps is of pictures.
+    to_scene_depths(network, false, std::span(views.inputs).last(pixels));
 }
 
 scene::Camera camera_of(const Views& views, std::size_t view, std::uint32_t resolution) {

@@ -102,17 +102,17 @@ Result<PriorMap> finish(const PresetOutput& output, const MapSource& source, Ext
                  planes_of(*source.main,
                            {output.channels_last, output.channel, channels, source.picture}, name));
     SPLAT_TRY(check_finite(planes, name));
-    double focal = 0;
+    PointDepth camera{.depth = {}, .focal = 0};
     if (points) {
-        SPLAT_ASSIGN(PointDepth made, point_depth(planes, source, name));
-        planes = std::move(made.depth);
-        focal = made.focal * std::hypot(size.width, size.height) / 2;
+        SPLAT_ASSIGN(camera, point_depth(planes, source, name));
+        planes = std::move(camera.depth);
     }
     if (output.map == data::MapKind::kNormal) return finish_normal(output, planes, size, form);
     if (output.map == data::MapKind::kMask)
         return finish_mask(output, std::move(planes), size, form);
     SPLAT_ASSIGN(PriorMap map, finish_depth(output, std::move(planes), size, form));
-    map.focal = focal;
+    map.focal = camera.focal * std::hypot(size.width, size.height) / 2;
+    map.guessed = !camera.found;
     return map;
 }
 

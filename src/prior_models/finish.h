@@ -20,6 +20,7 @@ struct PriorMap {
     std::uint32_t channels = 1;
     std::vector<float> values;  ///< [height,width,channels]
     double focal = 0;           ///< focal length of the camera that points tell, pixels; else 0
+    bool guessed = false;       ///< no camera sees the points: `focal` is that of kOtherwiseDegrees
 };
 
 /// What a map is made of.

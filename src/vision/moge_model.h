@@ -50,10 +50,6 @@ class MogeModel {
     Result<std::vector<float>> features();
     Result<std::vector<float>> class_token();
 
-    [[nodiscard]] nn::ExecutorMemory memory() const {
-        return executor_ ? executor_->memory() : nn::ExecutorMemory{};
-    }
-
   private:
     MogeModel(vk::Context& context, MogeSizes sizes, std::int64_t precision)
         : context_(context), sizes_(std::move(sizes)), precision_(precision) {}

@@ -63,6 +63,14 @@ TEST(ConfigEffects, KeysThatNeedAnotherAreNamedWithoutIt) {
          "data: {embedding_file: a, custom_embedding: true}\ncam_embd: {embedding: pose}"},
         {"data: {tokens_file: a}", "'data.tokens_file' has no effect where model.token_dim is 0",
          "data: {tokens_file: a}\nmodel: {token_dim: 2, tokens: 3}"},
+        {"model: {head: f3d, depth_bias: 1}",
+         "'model.depth_bias' has no effect unless model.head.positions is ray_depth",
+         "model: {depth_bias: 1}"},
+        {"model: {head: lgm, depth_scale: 2}", "'model.depth_scale' has no effect unless",
+         "model: {depth_scale: 2}"},
+        {"model: {head: lgm, network_without_offset: true}",
+         "'model.network_without_offset' has no effect where model.head.positions is box",
+         "model: {head: f3d, network_without_offset: true}"},
         {"opt: {lora_finetune: false, lora_alpha: 3}", "'opt.lora_alpha' has no effect while",
          "opt: {lora_finetune: true, lora_alpha: 3}"}};
     for (const Case& c : cases) {

@@ -83,6 +83,7 @@ TEST(LgmConfig, RefusesWhatItHasNoPlaceFor) {
     refused("cam_embd.embedding=pose", "'cam_embd.embedding' asks for what");
     refused("opt.lora_finetune=true",
             "'opt.lora_finetune' asks for what 'model.network' lgm_unet does not have");
+    refused("model.head.positions=input_depth", "'model.head.positions' asks for what");
     refused("data.fov=0", "'data.fov' is 0, expected more than 0");
     refused("model.down=[32, 48]", "'model.down' is 48, expected multiples of 32, and of 64 with");
     refused("model.down=[32]",

@@ -102,6 +102,16 @@ TEST_F(ViewSourceTest, ReadsImagesInputsAndCamerasOfTheViews) {
     }
 }
 
+TEST_F(ViewSourceTest, LargerIsNearerWhateverPicturesHave) {
+    settings_.network.positions = kHeadInputDepth;
+    const std::uint32_t numbers[] = {0};
+    const Views nearer = need(open()->read(0, numbers, 1));
+    settings_.network.depth_farther = true;
+    EXPECT_EQ(need(open()->read(0, numbers, 1)).inputs, nearer.inputs);
+    const std::size_t area = nearer.inputs.size() / 4;
+    EXPECT_EQ(nearer.inputs[3 * area], settings_.network.zfar) << "0, the background";
+}
+
 TEST_F(ViewSourceTest, AnOpenDataSetGivesTheSameViews) {
     const auto source = open();
     auto given = need(ViewSource::open(settings_, dataset({1, 1, 1})));

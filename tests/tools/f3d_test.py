@@ -13,8 +13,9 @@ import zlib
 
 VKRUN, FOLDER = map(pathlib.Path, sys.argv[1:3])
 SMALL = ["model.head=f3d", "data.use_mask=true", "data.training_resolution=16", "model.base_dim=16",
-         "model.attention_resolutions=[8]", "opt.iterations=4", "opt.batch_size=2", "opt.imgs_per_obj=2",
-         "opt.cycle.every=2", "logging.val_log=0", "logging.val_objects=1", "logging.val_views=1"]
+         "model.attention_resolutions=[8]", "model.opacity_bias=1", "model.scale_bias=0.1", "opt.iterations=4",
+         "opt.batch_size=2", "opt.imgs_per_obj=2", "opt.cycle.every=2", "logging.val_log=0", "logging.val_objects=1",
+         "logging.val_views=1"]
 
 
 def vkrun(status, *words):
@@ -83,6 +84,37 @@ class F3d(unittest.TestCase):
         self.predict(0, "--depth", FOLDER / "depth.png")
         self.assertEqual((FOLDER / "out" / "scene.ply").read_bytes(), scenes[0])
         self.assertNotEqual(scenes[0], scenes[1])
+        self.assertIn("--larger goes with --depth", self.predict(2, "--larger", "nearer"))
+        self.assertIn("--larger: the head of the network takes no depths",
+                      vkrun(2, "predict", FOLDER / "photo.png", "--depth", FOLDER / "depth.png", "--larger", "nearer"))
+
+    def test_larger_is_nearer_in_maps_of_geometry(self):
+        model = FOLDER / "moge-2-vits-normal.safetensors"
+        subprocess.run([os.environ["WRITE_SMALL_MOGE"], model], check=True)
+        vkrun(0, "priors", "depth", FOLDER / "photo.png", "--out", FOLDER / "maps", "--model", model)
+        self.predict(0, "--depth", FOLDER / "maps" / "depth" / "photo.png", "--larger", "nearer")
+        scene = (FOLDER / "out" / "scene.ply").read_bytes()
+        config = json.loads((FOLDER / "run" / "config.json").read_text(encoding="utf-8"))
+        config["model"]["head"]["depth_maps"] = "farther"
+        (FOLDER / "farther.json").write_text(json.dumps(config), encoding="utf-8")
+        said = json.loads(self.predict(0, "--geometry", model, "--config", FOLDER / "farther.json", "--json"))
+        self.assertEqual(said["photo"]["geometry"]["used"], ["depth"])
+        self.assertEqual((FOLDER / "out" / "scene.ply").read_bytes(), scene)
+
+    def test_geometry_that_is_not_needed_is_told(self):
+        depth = ["--depth", FOLDER / "depth.png"]
+        self.assertIn("there is no preset 'nonsense'", self.predict(4, *depth, "--geometry", "nonsense"))
+        self.assertIn("warning: --geometry moge-2-vits was not used",
+                      self.predict(0, *depth, "--geometry", "moge-2-vits"))
+        self.assertIn("--geometry goes with one IMAGE", self.predict(2, FOLDER / "photo.png", "--geometry", "x"))
+
+    def test_depths_are_compared_as_they_are_drawn(self):
+        errors = []
+        for name in ("3dgs", "ray_maximum"):
+            said = json.loads(self.predict(0, "--depth", FOLDER / "depth.png", "--true-depth", FOLDER / "depth.png",
+                                           "--convention", name, "--json"))
+            errors.append(said["depth"]["error"])
+        self.assertNotEqual(errors[0], errors[1])
 
     def test_drawn_views_are_joined(self):
         said = json.loads(self.predict(0, "--depth", FOLDER / "depth.png", "--aggregate", 3, "--json"))

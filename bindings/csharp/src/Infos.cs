@@ -429,7 +429,8 @@ namespace Splat
         /** <summary>true: it takes the object's mask, which is always found</summary> */ public bool Mask { get; }
         /// <summary>true: it takes the distance of the object's origin</summary>
         public bool OriginDistance { get; }
-        /// <summary>views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible
+        /// <summary>views * S * S * model.head.per_pixel Gaussians of one prediction, of all that are joined; S is R,
+        /// or fewer pixels of lgm_unet, whose model.up is shorter than model.down. A scene gets the visible
         /// ones</summary>
         public long Gaussians { get; }
         /** <summary>degree of the spherical harmonics, 0 to 3</summary> */ public int ShDegree { get; }

@@ -1789,7 +1789,7 @@ namespace Splat.Interop
         ///   gradients   "grad:" and the name of an output (in, for splat_model_backward; at first zeros),
         ///               of a parameter (out, sums), or of "images", "embedding", "tokens" (out)
         /// "means[1]" is the part of object 1 of an output or its gradient, in the shape that a rasterizer
-        /// takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,R,R] of "raw".
+        /// takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,S,S] of "raw".
         ///
         /// A pass reads what the tensors hold when it runs. After a parameter is written through its tensor,
         /// the next pass prepares weights anew, as after splat_model_write. If a pointer to a parameter was
@@ -1825,7 +1825,7 @@ namespace Splat.Interop
         /// Read a tensor of splat_model_tensor; outputs, of the latest splat_model_forward: "means"
         /// [objects,M,3] scene units, "opacities" [objects,M,1], "scales" [objects,M,3], "rotations"
         /// [objects,M,4] w x y z, "sh" [objects,M,K,3] with the constant term first, "raw" [N,output
-        /// channels,R,R]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
+        /// channels,S,S]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
         /// "grad:images" [N,channels that the network sees,R,R], "grad:embedding" (custom ones),
         /// "grad:tokens", shaped as in splat_model_input.
         /// values    out, `bytes` bytes, at least those of the values
@@ -2866,8 +2866,8 @@ namespace Splat.Interop
         /// Make maps of pictures, as splat_prior_model_run(), and find the focal lengths of their cameras.
         /// maps      as there, but with focals none need be wanted
         /// focals    out, `count`, pixels in both directions; of models whose depth are points (MoGe-2), for the
-        ///           pinhole camera that sees them best, 60 degrees across the width where no camera does; 0 of
-        ///           others
+        ///           pinhole camera that sees them best, or, with a warning, 60 degrees across the width where
+        ///           no camera does; 0 of others
         /// Returns as splat_prior_model_run()
         /// </summary>
 #if NET8_0_OR_GREATER
@@ -3892,7 +3892,8 @@ namespace Splat.Interop
         /** <summary>1: it takes a normal map</summary> */ public uint normal;
         /** <summary>1: it takes the object's mask, which is always found</summary> */ public uint mask;
         /** <summary>1: it takes the distance of the object's origin</summary> */ public uint origin_distance;
-        /// <summary>views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible
+        /// <summary>views * S * S * model.head.per_pixel Gaussians of one prediction, of all that are joined; S is R,
+        /// or fewer pixels of lgm_unet, whose model.up is shorter than model.down. A scene gets the visible
         /// ones</summary>
         public ulong gaussians;
         /** <summary>degree of the spherical harmonics, 0 to 3</summary> */ public uint sh_degree;
@@ -4061,7 +4062,8 @@ namespace Splat.Interop
         /// <summary>images in the caller's layout, instead of <c>images</c>; the planes of an image may come from
         /// several pictures in turn, such as RGB, then depth: N pictures or a multiple</summary>
         public splat_image* pictures;
-        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth</summary>
+        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth; LGM's: RGB as
+        /// ImageNet normalises it, o x d and d of rays, y up, z back</summary>
         public float* images;
         public ulong images_count;
         /// <summary>[N,4,4] row vectors: p_world = p_view M; NULL: the identity</summary>
@@ -4325,7 +4327,9 @@ namespace Splat.Interop
         public uint struct_size;
         /** <summary>0</summary> */ public uint flags;
         /** <summary>NULL</summary> */ public void* next;
-        /** <summary>what is scored; NULL: images of the caller</summary> */ public IntPtr predictor;
+        /// <summary>what is scored; its <c>aggregate</c> is 0 unless there is a method. NULL: images of the
+        /// caller</summary>
+        public IntPtr predictor;
         /// <summary>opened with the predictor's resolution, background and maps; NULL: <c>data_path</c></summary>
         public IntPtr dataset;
         /// <summary>a folder, opened as the predictor's configuration says; both NULL: its data.root</summary>
@@ -4575,7 +4579,7 @@ namespace Splat.Interop
         /// else libsplat/priors/ of the user's data folder, where it may have either form</summary>
         public byte* model_path;
         /// <summary>library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1
-        /// beside libsplat or where the system's loader looks</summary>
+        /// beside libsplat or where the system's loader looks. Weights do not need it</summary>
         public byte* runtime_path;
         /** <summary>threads of one run by ONNX Runtime; 0: one per core</summary> */ public uint threads;
         /// <summary>patches that a model whose preset has "tokens" divides a picture into, about; 0: the preset's.

@@ -87,6 +87,13 @@ Result<EvaluatorPointer> make_evaluator(const splat_evaluator_desc& desc) {
     if (desc.predictor != nullptr) {
         SPLAT_ASSIGN(object->predictor, api::Predictors::find(desc.predictor, "desc.predictor"));
         settings = &object->predictor->settings;
+        if (const std::uint32_t views = object->predictor->aggregation.views;
+            desc.method == nullptr && views > 0)
+            return invalid(
+                "splat_evaluator_desc.predictor joins predictions of %u drawn views "
+                "(splat_predictor_desc.aggregate), which an evaluator does not: expected 0, or a "
+                "method whose images splat_evaluator_score_images gets",
+                views);
         labels.weights = object->predictor->path;
         labels.device = object->predictor->context->device().info().name;
     } else if (labels.method.empty()) {

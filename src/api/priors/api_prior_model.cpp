@@ -3,6 +3,8 @@
 #include "api/priors/moge_network.h"
 #include "core/fork.h"
 #include "core/json_writer.h"
+#include "core/log.h"
+#include "prior_models/point_depth.h"
 
 using namespace splat;
 
@@ -102,7 +104,16 @@ Status run_model(const api::PriorModelObject& object, std::span<const splat_imag
                  object.model->run(images, wanted));
     for (std::size_t i = 0; i < made.size(); ++i) {
         give_maps(targets[i], made[i]);
-        if (focals != nullptr) focals[i] = made[i][kDepth] ? made[i][kDepth]->focal : 0;
+        if (focals == nullptr) continue;
+        const std::optional<prior_models::PriorMap>& depth = made[i][kDepth];
+        focals[i] = depth ? depth->focal : 0;
+        if (depth && depth->guessed)
+            log(LogLevel::kWarning,
+                splat::format(
+                    "pictures[%zu]: no camera sees the points that '%s' makes, so its focal "
+                    "length, %.4g pixels, is a guess: %g degrees across the width",
+                    i, object.model->preset().name.c_str(), focals[i],
+                    prior_models::kOtherwiseDegrees));
     }
     return {};
 }

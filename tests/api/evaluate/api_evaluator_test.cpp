@@ -64,6 +64,27 @@ TEST_F(ApiEvaluator, WhatHasNoEffectIsRefused) {
                    "splat_evaluator_desc.split is 'train', but dataset is given");
 }
 
+TEST_F(ApiEvaluator, JoinedPredictionsAreNotScoredAsSingleOnes) {
+    auto network = sized<splat_model_desc>();
+    network.config =
+        "model: {head: f3d, base_dim: 8, num_blocks: 1, channel_mult: [1, 2], "
+        "attention_resolutions: [8]}\ndata: {training_resolution: 16, use_mask: true}";
+    const Model model = got(splat_model_create, device_, network);
+    ASSERT_DONE(splat_model_init(model, 3));
+    const Weights weights = got(splat_model_store, model);
+    auto from = sized<splat_predictor_desc>();
+    from.weights = weights.get();
+    from.config = network.config;
+    from.aggregate = 2;
+    const Predictor joining = got(splat_predictor_create, device_, from);
+    auto desc = sized<splat_evaluator_desc>();
+    desc.predictor = joining;
+    desc.dataset = dataset_;
+    Evaluator made;
+    EXPECT_REFUSED(splat_evaluator_create(&desc, made.out()), kArgument,
+                   "joins predictions of 2 drawn views");
+}
+
 TEST_F(ApiEvaluator, WarnsOfAnotherFieldOfView) {
     const auto warnings = [&](splat_predictor predictor) {
         std::string all;

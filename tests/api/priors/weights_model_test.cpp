@@ -79,6 +79,40 @@ TEST(ApiWeightsModel, MakesAllMapsAndTheFocalLengthInOnePass) {
     EXPECT_REFUSED(splat_prior_model_run(model, &picture, &maps, 1), kArgument, "no map");
 }
 
+/// Points that lie mirrored are seen by no camera.
+TEST(ApiWeightsModel, WarnsOfAFocalLengthThatIsAGuess) {
+    io::NamedTensors tensors = small_moge();
+    const std::string layer = "points_head.output_blocks.4.";
+    for (const char* name : {"weight", "bias"}) {
+        io::NamedTensor changed = *tensors.find(layer + name);
+        std::vector<float> values(changed.values.begin(), changed.values.end());
+        for (std::size_t i = 0; i < values.size() / 3 * 2; ++i) values[i] = -values[i];
+        changed.values = values;
+        tensors = with(tensors, std::move(changed));
+    }
+    const Device device = open_device();
+    const std::vector<std::uint8_t> rgb = wavy_bytes();
+    const splat_image picture = packed_image(rgb, kWidth, kHeight, 3);
+    const splat_prior_maps maps{};
+    const auto run = [&](const std::string& path) {
+        const auto desc = weights_desc(path, device.get());
+        const PriorModel model = got(splat_prior_model_create, &desc);
+        std::string said;
+        const auto hear = [](void* user, splat_log_level, const char* message) {
+            *static_cast<std::string*>(user) += message;
+        };
+        EXPECT_DONE(splat_log_set_callback(hear, &said, SPLAT_LOG_WARNING));
+        double focal = 0;
+        EXPECT_DONE(splat_prior_model_run_focal(model, &picture, &maps, &focal, 1));
+        listen_to_log();
+        return std::pair(focal, said);
+    };
+    const auto [focal, said] = run(saved(tensors, "api_mirrored.safetensors"));
+    EXPECT_NEAR(focal, kWidth / 2 * std::sqrt(3.0), 1e-6) << "60 degrees";
+    EXPECT_TRUE(holds(said, "pictures[0]: no camera sees the points that"));
+    EXPECT_EQ(run(saved(small_moge(), "api_seen.safetensors")).second, "");
+}
+
 TEST(ApiWeightsModel, SaysWhatIsWrong) {
     const Device device = open_device();
     const std::string good = saved(small_moge(), "api_moge_good.pth");

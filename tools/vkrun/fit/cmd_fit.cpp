@@ -1,6 +1,7 @@
 // vkrun fit: Gaussians from posed photographs.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
 #include <filesystem>
 #include <memory>
@@ -133,7 +134,11 @@ void add_geometry(FitOptions& options) {
                                                  options.out, options.device, options.overwrite);
     if (options.depth.empty()) {
         options.depth = maps.depth;
-        options.values.emplace_back("depth_is_distance=true");
+        constexpr const char* kDistances = "depth_is_distance=";
+        if (std::ranges::none_of(options.values, [](const std::string& value) {
+                return value.starts_with(kDistances);
+            }))
+            options.values.push_back(kDistances + std::string("true"));
     }
     if (options.normals.empty()) options.normals = maps.normals;
     if (options.init.empty()) options.init = "depth";

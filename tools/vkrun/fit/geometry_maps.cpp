@@ -48,16 +48,25 @@ fs::path folder_beside(const std::string& out) {
     return os::path_of(os::text_of(run) + "-geometry");
 }
 
-/// True if the folder's maps are of other photographs; notes these ones.
-bool of_others(const fs::path& folder, const std::string& photos) {
-    const fs::path note = folder / "photographs.txt";
-    const std::string now = os::text_of(fs::weakly_canonical(os::path_of(photos))) + "\n";
-    std::error_code none;
-    const bool others = fs::exists(note, none) && read_text(os::text_of(note)) != now;
-    make_folder(folder);
-    replace_file(note, now);
-    return others;
-}
+/// Says of which photographs all maps of a folder are.
+struct Note {
+    fs::path path;
+    std::string photos;
+
+    /// True if maps are there that may be of others. There is no note then until keep(), so that a run after an
+    /// interruption replaces all of them, too.
+    [[nodiscard]] bool of_others() const {
+        std::error_code none;
+        if (!fs::exists(path.parent_path(), none)) keep();
+        if (fs::exists(path, none) && read_text(os::text_of(path)) == photos) return false;
+        fs::remove(path, none);
+        return true;
+    }
+    void keep() const {
+        make_folder(path.parent_path());
+        replace_file(path, photos);
+    }
+};
 
 }  // namespace
 
@@ -71,7 +80,9 @@ GeometryMaps make_geometry_maps(const std::string& network, const std::string& p
     options.in = photos;
     options.out = os::text_of(folder);
     options.device = device;
-    options.overwrite = of_others(folder, photos) || overwrite;
+    const Note note{folder / "photographs.txt",
+                    os::text_of(fs::weakly_canonical(os::path_of(photos))) + "\n"};
+    options.overwrite = note.of_others() || overwrite;
     std::error_code none;
     if (fs::is_regular_file(os::path_of(network), none))
         options.model = network;
@@ -85,6 +96,7 @@ GeometryMaps make_geometry_maps(const std::string& network, const std::string& p
     if (report.maps.size() != 3)
         throw Failure(kUsageError, "--geometry: preset '" + report.preset +
                                        "' does not make depth, normals and masks in one pass");
+    note.keep();
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder / "depth"))
         if (extension_of(entry.path()) == ".npy")
             drop_unknown(

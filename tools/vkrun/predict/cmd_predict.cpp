@@ -40,9 +40,10 @@ Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels
 'vkrun weights where' lists published weights. Warns if no object is found, and then uses the whole picture,
 or if the object touches the border.
 
-A network whose head takes depths (model.head f3d, such as F3D-Gaus) needs --depth, and sees pictures whole, over the
-background only where --mask or an alpha is given. The map's least and greatest numbers lie at data.znear and data.zfar;
---larger says which is which: 'farther' as LeReS and the preset f3d-gaus-256 have it, 'nearer' as 'vkrun priors depth'.
+A network whose head takes depths (model.head f3d, such as F3D-Gaus) needs --depth or --geometry, and sees pictures
+whole, over the background only where --mask or an alpha is given. The map's least and greatest numbers lie at
+data.znear and data.zfar; --larger says which is which of --depth: 'farther' as LeReS and the preset f3d-gaus-256 have
+it, 'nearer' as 'vkrun priors depth' and --geometry.
 
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data, 7 weights whose
 outputs are not finite.
@@ -72,7 +73,7 @@ void check_options(const CLI::App& command, const PredictionOptions& options) {
         throw Failure(kUsageError, "--true-depth goes with a picture, not with --data");
     for (const char* name :
          {"--mask", "--depth", "--normal", "--embedding", "--tokens", "--mask-preset",
-          "--mask-model", "--foreground", "--true-depth", "--aggregate"})
+          "--mask-model", "--geometry", "--foreground", "--true-depth", "--aggregate"})
         if (options.images.size() > 1 && command.count(name) != 0)
             throw Failure(kUsageError,
                           std::string(name) + " goes with one IMAGE, not with several");
@@ -84,6 +85,8 @@ void check_options(const CLI::App& command, const PredictionOptions& options) {
         throw Failure(kUsageError,
                       "--mask, --depth, --normal, --embedding, --tokens, --whole, --foreground, "
                       "--focal and --origin-distance go with a picture, not with --data");
+    if (!options.larger.empty() && options.depth.empty())
+        throw Failure(kUsageError, "--larger goes with --depth, which it is about");
     if (options.whole && options.foreground)
         throw Failure(kUsageError, "--foreground has no effect with --whole: nothing is cut out");
     const bool by_network = !options.mask_model.empty() || !options.mask_preset.empty();
@@ -133,8 +136,15 @@ int predict(const CLI::App& command, const PredictionOptions& options, bool json
     check_targets(options);
     std::vector<std::string> changes;
     if (!options.larger.empty()) changes.push_back("model.head.depth_maps=" + options.larger);
-    const NetworkFiles files =
+    NetworkFiles files =
         network_files(weights_of(options), options.config, options.adapters, changes);
+    const auto positions = files.config.value("/model/head/positions"_json_pointer, std::string());
+    const bool takes_depths = positions == "input_depth";
+    if (!takes_depths && !options.larger.empty())
+        throw Failure(kUsageError, "--larger: the head of the network takes no depths");
+    // Larger is nearer in the maps of --geometry.
+    if (takes_depths && options.depth.empty())
+        files.config["model"]["head"]["depth_maps"] = "nearer";
     check_pictures(options, files.config);
     warn_of_old_weights(files);
     const Device device = open_device(device_desc(options.device));

@@ -18,8 +18,7 @@ std::uint32_t views_at_once(const Scene& scene, std::uint32_t views) {
 }
 
 Rasterizer make_rasterizer(splat_device device, const Scene& scene, const splat_camera& camera,
-                           std::uint32_t views, std::uint32_t flags,
-                           splat_convention convention = 0) {
+                           std::uint32_t views, std::uint32_t flags, splat_convention convention) {
     auto info = sized<splat_scene_info>();
     check(splat_scene_get_info(scene.get(), &info));
     auto desc = sized<splat_rasterizer_desc>();
@@ -61,8 +60,9 @@ std::vector<float> draw_scene(splat_device device, const Scene& scene,
 }
 
 Depth draw_scene_depth(splat_device device, const Scene& scene, const splat_camera& camera,
-                       const float* background) {
-    const Rasterizer rasterizer = make_rasterizer(device, scene, camera, 1, SPLAT_RASTERIZER_DEPTH);
+                       const float* background, splat_convention convention) {
+    const Rasterizer rasterizer =
+        make_rasterizer(device, scene, camera, 1, SPLAT_RASTERIZER_DEPTH, convention);
     check(splat_rasterizer_forward_scene(rasterizer.get(), nullptr, scene.get(), &camera, 1,
                                          background));
     Depth drawn;

@@ -18,6 +18,6 @@ std::vector<float> draw_scene(splat_device device, const Scene& scene,
 
 /// Expected depth along z, and how opaque each pixel is.
 Depth draw_scene_depth(splat_device device, const Scene& scene, const splat_camera& camera,
-                       const float* background);
+                       const float* background, splat_convention convention);
 
 }  // namespace vkrun

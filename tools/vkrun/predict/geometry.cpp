@@ -6,7 +6,6 @@
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/picture.h"
-#include "vkrun/priors/map_maker.h"
 #include "vkrun/priors/preset_list.h"
 
 namespace vkrun {
@@ -48,16 +47,11 @@ double exif_focal(const std::string& path) {
     return info.focal;
 }
 
-/// What of a picture's geometry is wanted.
-struct Wanted {
-    bool depth = false, normal = false, focal = false, mask = false;
-    [[nodiscard]] bool any() const { return depth || normal || focal || mask; }
-};
+}  // namespace
 
-PictureGeometry run_network(const ModelSource& source, const std::string& image,
-                            const Wanted& wanted) {
+PictureGeometry run_geometry(const ModelSource& source, const LoadedPicture& picture,
+                             const WantedGeometry& wanted) {
     PictureGeometry made;
-    const LoadedPicture picture = load_picture(image);
     const std::uint32_t width = picture.image.width, height = picture.image.height;
     const PriorModel model = load_prior_model(source);
     auto about = sized<splat_prior_model_info>();
@@ -67,7 +61,7 @@ PictureGeometry run_network(const ModelSource& source, const std::string& image,
     const auto want = [&](const char* what, std::uint32_t flag, std::uint32_t channels,
                           std::vector<std::uint8_t>& bytes) {
         if ((about.maps & flag) == 0)
-            throw Failure(kUsageError, "--geometry: preset '" + made.preset + "' makes no " + what);
+            throw Failure(kUsageError, "preset '" + made.preset + "' makes no " + what);
         bytes.resize(std::size_t{width} * height * channels);
         made.used.emplace_back(what);
         return bytes_image(bytes.data(), width, height, channels);
@@ -76,13 +70,13 @@ PictureGeometry run_network(const ModelSource& source, const std::string& image,
     if (wanted.normal) maps.normal = want("normals", SPLAT_DATA_NORMAL, 3, made.normal_bytes);
     if (wanted.mask) maps.mask = want("mask", SPLAT_DATA_MASK, 1, made.mask.bytes);
     if (wanted.focal) made.used.emplace_back("focal length");
-    double found = 0;
     const splat_result result =
-        splat_prior_model_run_focal(model.get(), &picture.image, &maps, &found, 1);
+        wanted.focal
+            ? splat_prior_model_run_focal(model.get(), &picture.image, &maps, &made.focal, 1)
+            : splat_prior_model_run(model.get(), &picture.image, &maps, 1);
     check(result, result == SPLAT_ERROR_INVALID_STATE ? kNotFinite : kBadData);
     made.depth = maps.depth;
     made.normal = maps.normal;
-    if (wanted.focal) made.focal = found;
     if (!wanted.mask) return made;
     made.mask.image = maps.mask;
     made.mask.preset = made.preset;
@@ -92,20 +86,26 @@ PictureGeometry run_network(const ModelSource& source, const std::string& image,
     return made;
 }
 
-}  // namespace
-
 PictureGeometry picture_geometry(const PredictionOptions& options, const splat_predictor_info& info,
                                  splat_device device, bool no_mask) {
-    const Wanted wanted = {
+    const WantedGeometry wanted = {
         info.depth != 0 && options.depth.empty(), info.normal != 0 && options.normal.empty(),
         info.fov_degrees == 0 && !options.focal && exif_focal(options.images[0]) == 0, no_mask};
+    const bool named = !options.geometry.empty();
+    PictureGeometry none;
+    if (!wanted.any() && !named) return none;
     const ModelSource source = source_of(options, device);
-    if (!wanted.any() || (source.model.empty() && source.preset.empty())) return {};
+    if (source.model.empty() && source.preset.empty()) return none;
+    if (!wanted.any()) {
+        if (source.model.empty()) preset_json(source.preset);  // throws if there is none
+        none.warnings.push_back("--geometry " + options.geometry +
+                                " was not used: what it makes is given, or not needed");
+        return none;
+    }
     try {
-        return run_network(source, options.images[0], wanted);
+        return run_geometry(source, load_picture(options.images[0]), wanted);
     } catch (const Failure& failure) {
-        if (!options.geometry.empty()) throw;
-        PictureGeometry none;
+        if (named) throw;
         none.warnings.push_back("the model " + source.preset +
                                 " is at hand, but was not used: " + failure.what());
         return none;

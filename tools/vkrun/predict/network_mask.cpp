@@ -9,30 +9,10 @@
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/text.h"
-#include "vkrun/priors/map_maker.h"
+#include "vkrun/predict/geometry.h"
 #include "vkrun/priors/preset_list.h"
 
 namespace vkrun {
-namespace {
-
-void run_network(const std::string& model, const std::string& preset, const LoadedPicture& picture,
-                 NetworkMask& mask) {
-    ModelSource source;
-    source.model = model;
-    source.preset = preset;
-    const PriorModel loaded = load_prior_model(source);
-    auto info = sized<splat_prior_model_info>();
-    check(splat_prior_model_get_info(loaded.get(), &info));
-    mask.bytes.resize(std::size_t{picture.image.width} * picture.image.height);
-    splat_prior_maps maps{};
-    maps.mask = bytes_image(mask.bytes.data(), picture.image.width, picture.image.height, 1);
-    const splat_result result = splat_prior_model_run(loaded.get(), &picture.image, &maps, 1);
-    check(result, result == SPLAT_ERROR_INVALID_STATE ? kNotFinite : kBadData);
-    mask.preset = info.preset;
-    mask.image = maps.mask;
-}
-
-}  // namespace
 
 splat_found found_without_network(const splat_image& picture) {
     std::vector<std::uint8_t> bytes(std::size_t{picture.width} * picture.height);
@@ -71,22 +51,22 @@ std::string mask_preset_at_hand() {
 NetworkMask network_mask(const PredictionOptions& options) {
     NetworkMask mask;
     if (!options.mask.empty() || options.whole) return mask;
-    std::string model = options.mask_model;
-    std::string preset = options.mask_preset;
+    ModelSource source;
+    source.model = options.mask_model;
+    source.preset = options.mask_preset;
     const char* const variable = std::getenv("SPLAT_MASK_MODEL");
-    if (model.empty() && variable != nullptr) model = variable;
-    const bool named = !model.empty() || !preset.empty();
-    if (!named) preset = mask_preset_at_hand();
-    if (model.empty() && preset.empty()) return mask;
+    if (source.model.empty() && variable != nullptr) source.model = variable;
+    const bool named = !source.model.empty() || !source.preset.empty();
+    if (!named) source.preset = mask_preset_at_hand();
+    if (source.model.empty() && source.preset.empty()) return mask;
     const LoadedPicture picture = load_picture(options.images[0]);
     if (found_without_network(picture.image) == SPLAT_FOUND_BY_ALPHA) return mask;
     try {
-        run_network(model, preset, picture, mask);
-        drop_without_object(mask);
+        mask = run_geometry(source, picture, {.mask = true}).mask;
     } catch (const Failure& failure) {
         if (named) throw;
         mask.warning =
-            "the mask model " + preset + " is at hand, but was not used: " + failure.what();
+            "the mask model " + source.preset + " is at hand, but was not used: " + failure.what();
     }
     return mask;
 }

@@ -70,18 +70,29 @@ struct Facts {
     }
 };
 
-/// The input images, in colours of 0 to 1: LGM's network sees them as ImageNet's mean and deviation normalise them.
-void take_facts(const Network& network, Facts facts, Predicted& task) {
-    constexpr float kMean[] = {0.485F, 0.456F, 0.406F}, kDeviation[] = {0.229F, 0.224F, 0.225F};
-    const splat_predictor_info& info = network.info;
-    const std::size_t area = std::size_t{info.resolution} * info.resolution;
-    for (std::size_t i = 0; i < info.views; ++i) {
-        const auto from =
-            facts.inputs.begin() + static_cast<std::ptrdiff_t>(i * info.channels * area);
-        task.inputs.insert(task.inputs.end(), from, from + static_cast<std::ptrdiff_t>(3 * area));
-    }
-    for (std::size_t i = 0; is_lgm(network.files.config) && i < task.inputs.size(); ++i)
-        task.inputs[i] = task.inputs[i] * kDeviation[i / area % 3] + kMean[i / area % 3];
+/// How pictures are cut out for a network; nothing is wanted yet.
+splat_picture_cut_desc cut_for(const splat_predictor_info& info) {
+    auto desc = sized<splat_picture_cut_desc>();
+    desc.resolution = info.resolution;
+    std::copy_n(info.background, 3, desc.background);
+    return desc;
+}
+
+std::size_t numbers_of_image(const splat_predictor_info& info) {
+    return std::size_t{3} * info.resolution * info.resolution;
+}
+
+/// Adds a picture as it is cut out, in colours of 0 to 1.
+void append_colours(const splat_picture& picture, const splat_predictor_info& info,
+                    std::vector<float>& to) {
+    std::vector<float> image(numbers_of_image(info));
+    splat_picture_cut_desc desc = cut_for(info);
+    desc.image = planar_image(image.data(), info.resolution, 3);
+    check_data(splat_picture_cut(&picture, &desc, nullptr));
+    to.insert(to.end(), image.begin(), image.end());
+}
+
+void take_facts(Facts facts, Predicted& task) {
     task.cameras = std::move(facts.cameras);
     task.predict_ms = facts.prediction.network_ms;
     task.faint = facts.prediction.faint;
@@ -170,7 +181,13 @@ Predicted read_photo(const PredictionOptions& options, splat_device device,
         task.warnings.emplace_back(
             "no mask model is at hand that cuts objects out: 'vkrun priors where' lists some; or "
             "give --mask");
-    take_facts(network, std::move(facts), task);
+    if (is_lgm(network.files.config))  // which sees normalised colours
+        for (const splat_picture& each : pictures) append_colours(each, info, task.inputs);
+    else
+        task.inputs.assign(
+            facts.inputs.begin(),
+            facts.inputs.begin() + static_cast<std::ptrdiff_t>(numbers_of_image(info)));
+    take_facts(std::move(facts), task);
     return task;
 }
 
@@ -202,8 +219,11 @@ Predicted read_object(const PredictionOptions& options, const Network& network) 
     check_data(splat_predictor_predict_object(
         network.predictor.get(), data.get(), options.object, views.numbers.data(),
         static_cast<std::uint32_t>(views.numbers.size()), task.scene.out(), &facts.prediction));
-    take_facts(network, std::move(facts), task);
+    take_facts(std::move(facts), task);
     task.truths = views.images;
+    const std::size_t inputs = network.info.views * numbers_of_image(network.info);
+    task.inputs.assign(task.truths.begin(),
+                       task.truths.begin() + static_cast<std::ptrdiff_t>(inputs));
     task.evaluator = std::move(evaluator);
     return task;
 }
@@ -238,23 +258,13 @@ Json compare_depth(const PredictionOptions& options, splat_device device, const 
     const std::uint32_t side = network.info.resolution;
     const std::size_t pixels = std::size_t{side} * side;
     std::vector<float> truth(pixels), known(pixels);
-    auto desc = sized<splat_picture_cut_desc>();
-    desc.resolution = side;
-    std::copy_n(network.info.background, 3, desc.background);
-    const auto plane = [&](std::vector<float>& values) {
-        splat_image image{};
-        image.pixels = values.data();
-        image.bytes = values.size() * sizeof(float);
-        image.type = SPLAT_PIXEL_F32;
-        image.width = image.height = side;
-        image.channels = 1;
-        return image;
-    };
-    desc.depth = plane(truth);
-    desc.mask = plane(known);
+    splat_picture_cut_desc desc = cut_for(network.info);
+    desc.depth = planar_image(truth.data(), side, 1);
+    desc.mask = planar_image(known.data(), side, 1);
     check_data(splat_picture_cut(&picture, &desc, nullptr));
     const Depth drawn =
-        draw_scene_depth(device, task.scene, task.cameras.front(), network.info.background);
+        draw_scene_depth(device, task.scene, task.cameras.front(), network.info.background,
+                         convention_of(options.convention));
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
     std::vector<std::size_t> used;
     for (std::size_t i = 0; i < pixels; ++i) {
@@ -369,9 +379,8 @@ Json run_prediction(const PredictionOptions& given, splat_device device, const N
         cameras.insert(cameras.end(), around.begin(), around.end());
     }
     const Stopwatch drawing;
-    const std::vector<float> images =
-        draw_scene(device, task.scene, cameras, network.info.background,
-                   convention_of(options.convention));
+    const std::vector<float> images = draw_scene(
+        device, task.scene, cameras, network.info.background, convention_of(options.convention));
     Json result = {{"input", task.name},
                    {"weights", files.weights},
                    {"adapters", files.adapters},

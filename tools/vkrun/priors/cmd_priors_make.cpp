@@ -206,7 +206,13 @@ void add_map(CLI::App& priors, const MapText& text, int& exit_code) {
     add_threads_option(*command, o.threads);
     add_overwrite_flag(*command, o.overwrite, "Maps in DIR");
     add_json_flag(*command, *json);
-    command->callback([options, json, &exit_code] { exit_code = run_priors(*options, *json); });
+    command->callback([command, options, json, &exit_code] {
+        for (const char* name : {"--runtime", "--tokens", "--device"})
+            if (const CLI::Option* given = command->get_option_no_throw(name);
+                given != nullptr && given->count() > 0)
+                options->of_models.emplace_back(name);
+        exit_code = run_priors(*options, *json);
+    });
 }
 
 }  // namespace

@@ -77,6 +77,7 @@ void check_record(const MapRun& run, const MapKind& kind) {
     if (const fs::path model = os::path_of(run.report.model); !model.empty())
         wanted["model"] = {{"file", os::text_of(model.filename())},
                            {"bytes", fs::file_size(model, none)}};
+    if (run.options.tokens != 0) wanted["tokens"] = run.options.tokens;
     if (!run.options.overwrite && fs::exists(path, none)) {
         const Json found = Json::parse(read_text(os::text_of(path)), nullptr, false);
         if (found != wanted)
@@ -232,6 +233,14 @@ void make_batch(MapRun& run, const std::vector<MapJob>& batch) {
         make_by_model(run, jobs, pictures);
 }
 
+/// Throws a usage Failure if one of these options was given.
+void refuse_options(const MapOptions& options, const std::vector<std::string>& names,
+                    const std::string& why) {
+    for (const std::string& name : names)
+        if (std::ranges::find(options.of_models, name) != options.of_models.end())
+            throw Failure(kUsageError, name + " has no effect " + why);
+}
+
 /// The operators as channels of the map that is asked for, or each in a folder of its own.
 void choose_edges(MapRun& run) {
     const MapOptions& options = run.options;
@@ -258,11 +267,14 @@ void choose_edges(MapRun& run) {
 /// The model and its maps, or a mask without a model.
 void choose_maps(MapRun& run) {
     const MapOptions& options = run.options;
+    const bool model = !options.model.empty() || !options.preset.empty();
+    if (!model || options.edges.use)
+        refuse_options(options, options.of_models,
+                       "without a model: name one with --preset or --model");
     if (options.edges.use) return choose_edges(run);
     if (!options.edges.operators.empty())
         throw Failure(kUsageError, "--operator goes with --preset edges");
     std::uint32_t maps = SPLAT_DATA_MASK;
-    const bool model = !options.model.empty() || !options.preset.empty();
     if (options.depth.use) {
         if (model || options.all)
             throw Failure(kUsageError, "--from-depth goes without a model and --all");
@@ -282,6 +294,10 @@ void choose_maps(MapRun& run) {
         run.report.preset = info.preset;
         run.report.licence = info.licence;
         run.report.model = info.path;
+        if (*info.runtime_version == '\0')
+            refuse_options(options, {"--runtime"}, "on weights, which run on --device");
+        else
+            refuse_options(options, {"--device"}, "on an .onnx file, which ONNX Runtime runs");
         maps = info.maps;
     }
     for (const MapKind& kind : kMapKinds) {

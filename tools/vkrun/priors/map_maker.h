@@ -20,8 +20,9 @@ struct MapOptions {
     std::string shard;
     std::uint32_t batch = 4;
     std::uint32_t threads = 0, tokens = 0;
-    std::string device = "best";  ///< device of models that are weights
-    DepthOptions depth;  ///< normals without a model, edges of depth maps
+    std::string device = "best";         ///< device of models that are weights
+    std::vector<std::string> of_models;  ///< given ones of --runtime, --tokens, --device
+    DepthOptions depth;                  ///< normals without a model, edges of depth maps
     EdgeOptions edges;
     bool all = false;  ///< every map that the model makes
     bool overwrite = false;

@@ -316,7 +316,9 @@ class PredictorInfo(Record):
     normal           True: it takes a normal map
     mask             True: it takes the object's mask, which is always found
     origin_distance  True: it takes the distance of the object's origin
-    gaussians        views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible ones
+    gaussians        views * S * S * model.head.per_pixel Gaussians of one prediction, of all that are joined; S is R,
+                     or fewer pixels of lgm_unet, whose model.up is shorter than model.down. A scene gets the visible
+                     ones
     sh_degree        degree of the spherical harmonics, 0 to 3
     background       colour behind the object, 0 to 1
     fov_degrees      across the square; 0: each view has a focal length of its own

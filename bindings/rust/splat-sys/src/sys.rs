@@ -425,9 +425,10 @@ pub type splat_weights = *mut splat_weights_s;
 
 #[repr(C)] pub struct splat_model_s { opaque: [u8; 0] }
 /// A network from images to Gaussians (Splatter Image, with depth, normal and mask channels, embeddings and low-rank
-/// adapters), with its parameters on a device. M = views * R * R Gaussians per object; N = objects * views images of
-/// R x R pixels. The caller synchronises calls on one model. Keys of a configuration: splat_config_keys; opt.freeze
-/// and opt.train_with_adapters, lists of parts of parameter names, choose what gets gradients.
+/// adapters; LGM), with its parameters on a device. N = objects * views images of R x R pixels; M = views * S * S *
+/// model.head.per_pixel Gaussians per object, where S is R, or half of it for each level that model.up has fewer than
+/// model.down. The caller synchronises calls on one model. Keys: splat_config_keys; opt.freeze and
+/// opt.train_with_adapters, lists of parts of parameter names, choose what gets gradients.
 pub type splat_model = *mut splat_model_s;
 
 #[repr(C)] pub struct splat_module_s { opaque: [u8; 0] }
@@ -1196,7 +1197,8 @@ pub struct splat_predictor_info {
     /** 1: it takes a normal map */ pub normal: u32,
     /** 1: it takes the object's mask, which is always found */ pub mask: u32,
     /** 1: it takes the distance of the object's origin */ pub origin_distance: u32,
-    /// views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible ones
+    /// views * S * S * model.head.per_pixel Gaussians of one prediction, of all that are joined; S is R, or fewer
+    /// pixels of lgm_unet, whose model.up is shorter than model.down. A scene gets the visible ones
     pub gaussians: u64,
     /** degree of the spherical harmonics, 0 to 3 */ pub sh_degree: u32,
     /** colour behind the object, 0 to 1 */ pub background: [f32; 3],
@@ -1346,7 +1348,8 @@ pub struct splat_model_input {
     /// images in the caller's layout, instead of `images`; the planes of an image may come from several pictures in
     /// turn, such as RGB, then depth: N pictures or a multiple
     pub pictures: *const splat_image,
-    /// \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth
+    /// \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth; LGM's: RGB as ImageNet
+    /// normalises it, o x d and d of rays, y up, z back
     pub images: *const f32,
     pub images_count: u64,
     /** \[N,4,4\] row vectors: p_world = p_view M; NULL: the identity */ pub view_to_world: *const f32,
@@ -1580,7 +1583,8 @@ pub struct splat_evaluator_desc {
     pub struct_size: u32,
     /** 0 */ pub flags: u32,
     /** NULL */ pub next: *const c_void,
-    /** what is scored; NULL: images of the caller */ pub predictor: splat_predictor,
+    /// what is scored; its `aggregate` is 0 unless there is a method. NULL: images of the caller
+    pub predictor: splat_predictor,
     /** opened with the predictor's resolution, background and maps; NULL: `data_path` */ pub dataset: splat_dataset,
     /// a folder, opened as the predictor's configuration says; both NULL: its data.root
     pub data_path: *const c_char,
@@ -1793,7 +1797,7 @@ pub struct splat_prior_model_desc {
     /// libsplat/priors/ of the user's data folder, where it may have either form
     pub model_path: *const c_char,
     /// library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1 beside
-    /// libsplat or where the system's loader looks
+    /// libsplat or where the system's loader looks. Weights do not need it
     pub runtime_path: *const c_char,
     /** threads of one run by ONNX Runtime; 0: one per core */ pub threads: u32,
     /// patches that a model whose preset has "tokens" divides a picture into, about; 0: the preset's. MoGe-2 was
@@ -3307,7 +3311,7 @@ extern "C" {
     ///   gradients   "grad:" and the name of an output (in, for splat_model_backward; at first zeros),
     ///               of a parameter (out, sums), or of "images", "embedding", "tokens" (out)
     /// "means[1]" is the part of object 1 of an output or its gradient, in the shape that a rasterizer
-    /// takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,R,R] of "raw".
+    /// takes: [M,3], [M], [M,3], [M,4], [M,K,3], or [views,output channels,S,S] of "raw".
     ///
     /// A pass reads what the tensors hold when it runs. After a parameter is written through its tensor,
     /// the next pass prepares weights anew, as after splat_model_write. If a pointer to a parameter was
@@ -3334,7 +3338,7 @@ extern "C" {
     /// Read a tensor of splat_model_tensor; outputs, of the latest splat_model_forward: "means"
     /// [objects,M,3] scene units, "opacities" [objects,M,1], "scales" [objects,M,3], "rotations"
     /// [objects,M,4] w x y z, "sh" [objects,M,K,3] with the constant term first, "raw" [N,output
-    /// channels,R,R]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
+    /// channels,S,S]. With SPLAT_MODEL_INPUT_GRADIENTS also gradients of the latest backward pass:
     /// "grad:images" [N,channels that the network sees,R,R], "grad:embedding" (custom ones),
     /// "grad:tokens", shaped as in splat_model_input.
     /// values    out, `bytes` bytes, at least those of the values
@@ -4080,8 +4084,8 @@ extern "C" {
     /// Make maps of pictures, as splat_prior_model_run(), and find the focal lengths of their cameras.
     /// maps      as there, but with focals none need be wanted
     /// focals    out, `count`, pixels in both directions; of models whose depth are points (MoGe-2), for the
-    ///           pinhole camera that sees them best, 60 degrees across the width where no camera does; 0 of
-    ///           others
+    ///           pinhole camera that sees them best, or, with a warning, 60 degrees across the width where
+    ///           no camera does; 0 of others
     /// Returns as splat_prior_model_run()
     /// ```
     pub fn splat_prior_model_run_focal(

@@ -815,7 +815,8 @@ output! {
         /** true: it takes a normal map */ normal: bool = raw.normal != 0,
         /** true: it takes the object's mask, which is always found */ mask: bool = raw.mask != 0,
         /** true: it takes the distance of the object's origin */ origin_distance: bool = raw.origin_distance != 0,
-        /// views * R * R Gaussians of one prediction, of all that are joined; a scene gets the visible ones
+        /// views * S * S * model.head.per_pixel Gaussians of one prediction, of all that are joined; S is R, or fewer
+        /// pixels of lgm_unet, whose model.up is shorter than model.down. A scene gets the visible ones
         gaussians: u64 = raw.gaussians,
         /** degree of the spherical harmonics, 0 to 3 */ sh_degree: u32 = raw.sh_degree,
         /** colour behind the object, 0 to 1 */ background: [f32; 3] = raw.background,
@@ -1167,7 +1168,7 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 104] = [
+pub(crate) const WORDS: [(&str, &str); 105] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
     ("SPLAT_CONVENTION_RAY_MAXIMUM", "Convention::RAY_MAXIMUM"), ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"),
@@ -1205,7 +1206,8 @@ pub(crate) const WORDS: [(&str, &str); 104] = [
     ("splat_comparison", "Comparison"), ("splat_dataset", "Dataset"),
     ("splat_decode_set_limits", "set_decode_limits"), ("splat_device", "Device"),
     ("splat_device_cancel", "Device::cancel"), ("splat_device_create", "Device::create"),
-    ("splat_evaluator", "Evaluator"), ("splat_evaluator_score", "Evaluator::score"), ("splat_fit_open", "Fit::open"),
+    ("splat_evaluator", "Evaluator"), ("splat_evaluator_score", "Evaluator::score"),
+    ("splat_evaluator_score_images", "Evaluator::score_images"), ("splat_fit_open", "Fit::open"),
     ("splat_fit_score", "Scoring::open"), ("splat_gaussians_desc", "Gaussians"),
     ("splat_gradients_desc", "Gradients"), ("splat_lpips", "Lpips"), ("splat_lpips_desc", "Lpips"),
     ("splat_model", "Model"), ("splat_model_backward", "Model::backward"), ("splat_model_forward", "Model::forward"),
