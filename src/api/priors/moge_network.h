@@ -6,8 +6,8 @@
 namespace splat::api {
 
 /// MoGe-2 of a file of weights, run by a device, with the inputs and outputs of its ONNX export. Errors: those of
-/// io::load_weights() and vision::MogeModel::create(), which name the file; of the device.
-Result<std::unique_ptr<prior_models::Network>> open_moge(const DeviceObject& device,
+/// io::load_weights() and vision::MogeModel, which name the file; of the device, which is tested and used when all tensors are checked.
+Result<std::unique_ptr<prior_models::Network>> open_moge(DeviceObject& device,
                                                          const std::string& path);
 
 }  // namespace splat::api
