@@ -136,7 +136,6 @@ int predict(const CLI::App& command, const PredictionOptions& options, bool json
     const NetworkFiles files =
         network_files(weights_of(options), options.config, options.adapters, changes);
     check_pictures(options, files.config);
-    warn_of_old_weights(files);
     const Device device = open_device(device_desc(options.device));
     const Joining joining{options.aggregate, convention_of(options.convention)};
     const Json result =
