@@ -52,6 +52,10 @@ struct LoadReport {
 Status load_state(Model& model, const io::NamedTensors& given, const LoadOptions& options,
                   LoadReport& report);
 
+/// The part of load_state()'s errors that names and shapes tell, before the network takes memory.
+Status check_state(vk::Context& context, const ModelConfig& config, const io::NamedTensors& given,
+                   const LoadOptions& options);
+
 /// The channels of a file's network, where nobody names them: those of the configuration if the first
 /// convolution has as many, else RGB alone.
 ImageChannels likely_channels(const ModelConfig& config, const io::NamedTensors& tensors);
