@@ -32,7 +32,7 @@ class Presets(Case):
         with self.assertRaisesRegex(splat.NotFound, "no.so"):
             splat.PriorModel("u2net", __file__, runtime="/nowhere/no.so")
         with TemporaryDirectory() as folder:  # weights by their content get a device
-            splat.Weights({"a": np.zeros(1)}).save(f"{folder}/a.npz")
+            splat.Weights({"a": np.zeros(1, np.float32)}).save(f"{folder}/a.npz")
             with self.assertRaisesRegex(splat.FormatError, "not the weights of MoGe-2"):
                 splat.PriorModel("moge-2-vits-normal", f"{folder}/a.npz")
 
