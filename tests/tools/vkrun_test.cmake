@@ -1892,7 +1892,7 @@ function(LgmTrainsAndPredictsFromFourViews)
   vkrun(2 predict ${front} --weights ${weights} --out ${TEMP}/one)
   expect("${err}" "1 picture, but the network takes 4: views of one object from the front, the right, the back and "
          "azimuth 0, 90, 180, 270 degrees" "multi-view diffusion model such as ImageDream")
-  vkrun(4 predict ${front} ${front} ${front} ${TEMP}/out/sheet.png --weights ${weights} --device nowhere --out ${TEMP}/one)
+  vkrun(4 predict ${front} ${front} ${front} ${TEMP}/out/sheet.png --weights ${weights} --device 99 --out ${TEMP}/one)
   expect("${err}" "sheet.png' has [0-9]+ x [0-9]+ pixels, expected 32 x 32 as '${front}'")
   vkrun(2 predict ${four} --depth ${front} --weights ${weights} --out ${TEMP}/one)
   expect("${err}" "--depth goes with one IMAGE, not with several")
