@@ -48,8 +48,7 @@ class Predictor {
     static Result<std::unique_ptr<Predictor>> create(vk::Context& context,
                                                      const config::Settings& settings);
 
-    /// Of the errors of create() and load(), those that the configuration, names and shapes tell, without memory of
-    /// the device.
+    /// Checks names and shapes for load(), before create() takes memory. Errors: those of model::check_state.
     static Status check(vk::Context& context, const config::Settings& settings,
                         const io::WeightsFile& file);
 

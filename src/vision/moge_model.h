@@ -69,7 +69,7 @@ class MogeModel {
     MogeSizes sizes_;
     std::int64_t precision_;
     std::unique_ptr<nn::Graph> first_graph_;  ///< graph that the parameters were made for
-    std::map<std::string, Origin> origins_;   ///< of the parameters
+    std::map<std::string, Origin> origins_;   ///< where each parameter comes from
     std::unique_ptr<nn::Parameters> parameters_;
     std::vector<float> positions_, first_token_;  ///< [width,side,side], [width]
     std::vector<float> mean_, deviation_;         ///< by channel

@@ -318,7 +318,7 @@ std::string built_in_note(const PredictionOptions& options, const NetworkFiles& 
            ". 'vkrun weights where' lists published weights for other objects";
 }
 
-/// As the library does once the network is there: the views of an object are seen by one camera.
+/// Compares sizes, as the library does once the network is there: one camera sees the views of an object.
 void check_sizes(const std::vector<std::string>& pictures) {
     splat_image first{};
     for (const std::string& path : pictures) {
