@@ -213,7 +213,9 @@ Status check_state(vk::Context& context, const ModelConfig& config, const NamedT
     SPLAT_ASSIGN(const NamedTensors* named, under_own_names(config, given, renamed));
     SPLAT_ASSIGN(const std::vector<nn::Parameter> parameters,
                  Model::parameters_of(context, config));
-    return matched(config, parameters, *named, options).status();
+    const Status fits = matched(config, parameters, *named, options).status();
+    if (fits.code() != Code::kInvalidArgument) return fits;
+    return damaged("%s", fits.message().c_str());
 }
 
 Status load_state(Model& model, const NamedTensors& given, const LoadOptions& options,

@@ -52,7 +52,8 @@ struct LoadReport {
 Status load_state(Model& model, const io::NamedTensors& given, const LoadOptions& options,
                   LoadReport& report);
 
-/// The part of load_state()'s errors that names and shapes tell, before the network takes memory.
+/// Checks names and shapes for load_state(), before the network takes memory. Errors: kFormat where load_state() has
+/// kInvalidArgument; kShape; those of a configuration.
 Status check_state(vk::Context& context, const ModelConfig& config, const io::NamedTensors& given,
                    const LoadOptions& options);
 

@@ -154,7 +154,7 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
     model::LoadReport load;
     vk::Context& context = *owner->context;
     SPLAT_TRY(context.mutex.call(
-        [&] { return of_weights(predict::Predictor::check(context, object->settings, *file)); }));
+        [&] { return predict::Predictor::check(context, object->settings, *file); }));
     SPLAT_TRY(owner->test(api::kNetworkKernels | api::kRasterKernels));
     {
         const std::lock_guard lock(context.mutex);
