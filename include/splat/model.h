@@ -312,9 +312,9 @@ enum {
  * Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier versions.
  * flags     SPLAT_LOAD_*
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
- *   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
- *   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
- *   model without adapters) */
+ *   SPLAT_ERROR_INVALID_ARGUMENT (weights of another network: the message says which they look like; a
+ *   tensor that is missing or not finite; without GRAFT, one that the model lacks; another field of
+ *   view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a model without adapters) */
 SPLAT_API splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags);
 
 /* Store the model as a state dict, with the buffers of published files.

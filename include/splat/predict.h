@@ -128,8 +128,8 @@ typedef struct splat_predictor_desc {
      * name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one of
      * splat_config_presets that fits: by shapes of tensors, by the field of view of ray_dirs and, of
      * several, by the published name of the file, such as model_cars.pth. "published" of
-     * splat_weights_report has {"fit": [names], "nearest", "differences" (from that, if none fits),
-     * "sentence"} */
+     * splat_weights_report has {"fit": [names], "head" (of model.head, if one fits), "nearest",
+     * "differences" (from that, if none fits), "sentence"} */
     const char* config;
     const char* adapters_path; /* a file of low-rank adapters, which are folded in */
     splat_weights adapters;    /* adapters in memory; neither: only those among the weights */

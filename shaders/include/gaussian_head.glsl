@@ -61,11 +61,11 @@ float activated(uint activation, float t) {
 
 // The derivative of activated().
 float slope(uint activation, float t) {
-    const float s = sigmoid(activation == kHeadTanh ? 2 * t : t);
+    if (activation == kHeadTanh) return 2 * sigmoid_derivative(vec4(2 * t)).x;
+    const float s = sigmoid(t);
     if (activation == kHeadSigmoid) return s * (1 - s);
     if (activation == kHeadExp) return exp(t);
     if (activation == kHeadSoftplus) return s / 10;
-    if (activation == kHeadTanh) return 2 * s * (1 - s);
     return 1;
 }
 

@@ -38,7 +38,7 @@ inline constexpr auto kHeadNames = head_names();
 inline constexpr Field kWordOfHead{KeyType::kChoice, Part::kNetwork};
 inline constexpr Field kLikeHead{
     KeyType::kChoice, Part::kNetwork, nullptr, [](const Key&, const Settings& settings) {
-        return ConfigEntry{"", {std::string(head_of(settings.network).name)}, false, false};
+        return ConfigEntry{"", {settings.network.head_name}, false, false};
     }};
 
 inline constexpr Key kHeadKeys[] = {

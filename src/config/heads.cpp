@@ -1,10 +1,9 @@
 #include "config/heads.h"
 
-#include <algorithm>
-
 namespace splat::config {
 
 void take_head(const Head& head, ModelConfig& config) {
+    config.head_name = head.name;
     config.positions = head.form.positions;
     config.offset = head.form.offset;
     config.scales = head.form.scales;
@@ -17,15 +16,6 @@ void take_head(const Head& head, ModelConfig& config) {
     config.init_opacity = head.opacity;
     config.init_scale = head.scale;
     config.opacity_threshold = head.opacity_threshold;
-}
-
-const Head& head_of(const ModelConfig& config) {
-    const auto* found = std::ranges::find_if(kHeads, [&](const Head& head) {
-        const HeadForm& form = head.form;
-        return form.positions == config.positions && form.scales == config.scales &&
-               form.direct == config.direct;
-    });
-    return found == std::end(kHeads) ? kHeads[0] : *found;
 }
 
 }  // namespace splat::config

@@ -47,7 +47,4 @@ constexpr auto head_names() {
 
 void take_head(const Head& head, ModelConfig& config);
 
-/// The first row with the network's positions, scales and colours; the first of all if there is none.
-const Head& head_of(const ModelConfig& config);
-
 }  // namespace splat::config

@@ -90,6 +90,8 @@ struct ModelConfig {
     std::uint32_t token_dim = 0;  ///< features of the tokens that the decoder attends to; 0 = none
     std::uint32_t tokens = 0;     ///< tokens per image
 
+    std::string head_name =
+        "splatter";  ///< row of heads.h whose values hold for keys that are not given
     std::uint32_t positions = kHeadRayDepth;  ///< kHeadInputDepth: of a last plane, in scene units
     /// What larger numbers of a picture's map are: false, nearer, relative inverse depths; true, farther, relative
     /// depths.

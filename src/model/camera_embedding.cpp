@@ -1,11 +1,11 @@
+#include "model/camera_embedding.h"
+
 #include <cmath>
 #include <numbers>
 
-#include "model/model.h"
-
 namespace splat::model {
 
-std::vector<float> pixel_rays(const ModelConfig& config) {
+std::vector<float> pixel_rays(const config::ModelConfig& config) {
     const std::uint32_t r = config.output_resolution();
     const double half_side = r / 2.0;
     const double tangent =
@@ -33,7 +33,7 @@ std::vector<float> pose_scalars(std::span<const float> view_to_world) {
     return scalars;
 }
 
-std::vector<float> index_scalars(const ModelConfig& config, std::uint32_t images) {
+std::vector<float> index_scalars(const config::ModelConfig& config, std::uint32_t images) {
     std::vector<float> scalars;
     for (std::uint32_t image = 0; image < images; ++image)
         scalars.push_back(static_cast<float>(image % config.views));

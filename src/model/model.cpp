@@ -6,6 +6,7 @@
 #include "core/checked_math.h"
 #include "core/finite.h"
 #include "core/log.h"
+#include "model/camera_embedding.h"
 #include "model/lgm_unet.h"
 #include "ops/gaussian_head.h"
 #include "ops/gaussian_rows.h"
@@ -45,14 +46,27 @@ Result<vk::CommandList> exchange_list(vk::Context& context, const vk::BufferView
     return recorder.finish();
 }
 
+/// Larger weights would take up to four times their memory once more.
+bool keeps_prepared(const ModelOptions& options, const nn::Graph::Bytes& bytes) {
+    constexpr std::uint64_t kMostKeptWeights = std::uint64_t{1} << 30;
+    return options.keep_prepared && bytes.parameters <= kMostKeptWeights;
+}
+
 /// Before any of it is allocated.
-void tell_memory(const nn::Graph& graph) {
+void tell_memory(const nn::Graph& graph, const ModelOptions& options) {
     const nn::Graph::Bytes bytes = graph.forward_bytes();
+    std::uint64_t weights = 0;
+    for (const nn::Value& value : graph.values())
+        if (value.kind == nn::ValueKind::kParameter && value.base == kNoValue)
+            weights += value.shape.elements();
     const auto mib = [](std::uint64_t count) { return static_cast<double>(count) / (1 << 20); };
+    std::string kept;
+    if (keeps_prepared(options, bytes) && !options.gradients)  // which change what is prepared
+        kept = format(", the second and later ones about %.0f MiB besides", mib(bytes.prepared));
     log(LogLevel::kInfo,
         format("the network has %llu weights, %.0f MiB on the device; a forward pass of one object "
-               "takes about %.0f MiB more",
-               llu(bytes.parameters / sizeof(float)), mib(bytes.parameters), mib(bytes.pass)));
+               "takes about %.0f MiB more%s",
+               llu(weights), mib(bytes.parameters), mib(bytes.pass), kept.c_str()));
 }
 
 }  // namespace
@@ -62,7 +76,7 @@ Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelCo
     SPLAT_TRY(check(config));
     std::unique_ptr<Model> made(new Model(context, config, options, 1));
     SPLAT_TRY(made->build());
-    tell_memory(made->graph_);
+    tell_memory(made->graph_, options);
     for (std::uint32_t slice = made->objects_that_fit();; --slice) {
         if (options.objects % slice != 0) continue;
         if (made->slice_ != slice) {
@@ -88,6 +102,18 @@ Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelCo
         SPLAT_TRY(context.fill(g.colors, 0));
     }
     return made;
+}
+
+Result<std::vector<nn::Parameter>> Model::parameters_of(vk::Context& context,
+                                                        const ModelConfig& config) {
+    SPLAT_TRY(check(config));
+    Model model(context, config, {}, 1);
+    SPLAT_TRY(model.build());
+    std::vector<nn::Parameter> parameters;
+    for (const nn::Value& value : model.graph_.values())
+        if (value.kind == nn::ValueKind::kParameter && value.base == kNoValue)
+            parameters.push_back({value.name, value.shape, value.trainable, {}, {}});
+    return parameters;
 }
 
 /// The largest divisor of the batch that fits, at least 1, judged by the graph of one object.
@@ -118,10 +144,7 @@ Status Model::plan() {
     nn::ExecutorDesc desc;
     desc.outputs = outputs_;
     desc.outputs.push_back(raw_);
-    // Larger weights would take up to four times their memory once more.
-    constexpr std::uint64_t kMostKeptWeights = std::uint64_t{1} << 30;
-    desc.keep_prepared =
-        options_.keep_prepared && graph_.forward_bytes().parameters <= kMostKeptWeights;
+    desc.keep_prepared = keeps_prepared(options_, graph_.forward_bytes());
     desc.recompute = options_.recompute;
     desc.backward_parts = options_.backward_parts;
     desc.backward = options_.gradients;

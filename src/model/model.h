@@ -65,6 +65,10 @@ class Model {
     static Result<std::unique_ptr<Model>> create(vk::Context& context, const ModelConfig& config,
                                                  const ModelOptions& options);
 
+    /// Names and shapes of its parameters, without memory. Errors: those of check().
+    static Result<std::vector<nn::Parameter>> parameters_of(vk::Context& context,
+                                                            const ModelConfig& config);
+
     /// Initialise the parameters from a seed, as the paper's code does.
     Status init(std::uint64_t seed);
 
@@ -237,14 +241,5 @@ class Model {
     std::vector<std::pair<nn::ValueId, std::vector<float>>> constants_;  ///< inputs that stay
     std::vector<nn::ValueId> outputs_;                                   ///< arrays of the set
 };
-
-/// Directions [3,R,R] of the pixels' rays: x right, y down for the default inverted_y. Not divided by the
-/// focal length if each view has its own.
-std::vector<float> pixel_rays(const ModelConfig& config);
-
-/// Values that modulate the network's blocks as sines and cosines (positional_embedding): per view the camera's
-/// position and viewing axis, [views, 6] from matrices [views,4,4], or the index of the view there, [images, 1].
-std::vector<float> pose_scalars(std::span<const float> view_to_world);
-std::vector<float> index_scalars(const ModelConfig& config, std::uint32_t images);
 
 }  // namespace splat::model

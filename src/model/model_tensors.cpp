@@ -1,3 +1,4 @@
+#include "model/camera_embedding.h"
 #include "model/model.h"
 
 namespace splat::model {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <span>
 
 #include "core/shown.h"
 
@@ -158,17 +159,15 @@ Result<const NamedTensors*> under_own_names(const ModelConfig& c, const NamedTen
     return &renamed;
 }
 
-Status load_state(Model& model, const NamedTensors& given, const LoadOptions& options,
-                  LoadReport& report) {
-    NamedTensors renamed;
-    SPLAT_ASSIGN(const NamedTensors* named, under_own_names(model.config(), given, renamed));
-    const NamedTensors& tensors = *named;
-    const std::string first_conv = first_conv_name(model.config());
+namespace {
+
+/// What becomes of each tensor, by names and shapes. Errors: those of load_state about these.
+Result<LoadReport> matched(const ModelConfig& config, std::span<const nn::Parameter> parameters,
+                           const NamedTensors& tensors, const LoadOptions& options) {
+    const std::string first_conv = first_conv_name(config);
     LoadReport made;
-    std::vector<float> first_weight;
     std::set<std::string> used;
-    // Check everything before anything is written.
-    for (const nn::Parameter& parameter : model.parameters().all()) {
+    for (const nn::Parameter& parameter : parameters) {
         const NamedTensor* tensor = tensors.find(parameter.name);
         if (tensor == nullptr) {
             if (!may_be_fresh(parameter.name))
@@ -178,14 +177,11 @@ Status load_state(Model& model, const NamedTensors& given, const LoadOptions& op
             continue;
         }
         used.insert(parameter.name);
-        SPLAT_TRY(io::check_finite(*tensor));
         if (same_dims(*tensor, parameter.shape) &&
             (parameter.name != first_conv || !options.graft ||
-             options.source == channels_of(model.config()))) {
+             options.source == channels_of(config))) {
             made.copied.push_back(parameter.name);
         } else if (options.graft && parameter.name == first_conv) {
-            SPLAT_ASSIGN(first_weight, widened(*tensor, parameter.shape, options.source,
-                                               channels_of(model.config())));
             made.widened.push_back(parameter.name);
         } else {
             return error(Code::kShape, "tensor '%s' has shape %s, expected %s; %s",
@@ -199,23 +195,51 @@ Status load_state(Model& model, const NamedTensors& given, const LoadOptions& op
     for (const NamedTensor& tensor : tensors)
         if (!used.contains(tensor.name) && !is_buffer(tensor.name))
             made.left_out.push_back(tensor.name);
-    if (!options.graft && !made.left_out.empty()) {
-        const auto unknown = std::ranges::find_if_not(made.left_out, is_of_earlier_networks);
-        const bool earlier = unknown == made.left_out.end();
-        return invalid("the file has %zu tensors that this network lacks, one is '%s'%s",
-                       made.left_out.size(),
-                       shown(earlier ? made.left_out.front() : *unknown).c_str(),
-                       earlier ? "; networks of earlier versions also attended to tokens in the "
-                                 "encoder: graft the file to leave that out"
-                               : "");
-    }
+    if (options.graft || made.left_out.empty()) return made;
+    const auto unknown = std::ranges::find_if_not(made.left_out, is_of_earlier_networks);
+    const bool earlier = unknown == made.left_out.end();
+    return invalid("the file has %zu tensors that this network lacks, one is '%s'%s",
+                   made.left_out.size(), shown(earlier ? made.left_out.front() : *unknown).c_str(),
+                   earlier ? "; networks of earlier versions also attended to tokens in the "
+                             "encoder: graft the file to leave that out"
+                           : "");
+}
+
+}  // namespace
+
+Status check_state(vk::Context& context, const ModelConfig& config, const NamedTensors& given,
+                   const LoadOptions& options) {
+    NamedTensors renamed;
+    SPLAT_ASSIGN(const NamedTensors* named, under_own_names(config, given, renamed));
+    SPLAT_ASSIGN(const std::vector<nn::Parameter> parameters,
+                 Model::parameters_of(context, config));
+    const Status fits = matched(config, parameters, *named, options).status();
+    if (fits.code() != Code::kInvalidArgument) return fits;
+    return damaged("%s", fits.message().c_str());
+}
+
+Status load_state(Model& model, const NamedTensors& given, const LoadOptions& options,
+                  LoadReport& report) {
+    NamedTensors renamed;
+    SPLAT_ASSIGN(const NamedTensors* named, under_own_names(model.config(), given, renamed));
+    const NamedTensors& tensors = *named;
+    // Check everything before anything is written.
+    SPLAT_ASSIGN(LoadReport made,
+                 matched(model.config(), model.parameters().all(), tensors, options));
+    for (const auto* names : {&made.copied, &made.widened})
+        for (const std::string& name : *names) SPLAT_TRY(io::check_finite(*tensors.find(name)));
+    std::vector<float> first_weight;
+    const nn::Parameter* const first_conv =
+        made.widened.empty() ? nullptr : model.parameters().find(made.widened.front());
+    if (first_conv != nullptr)
+        SPLAT_SET(first_weight, widened(*tensors.find(first_conv->name), first_conv->shape,
+                                        options.source, channels_of(model.config())));
     SPLAT_TRY(check_rays(model, tensors, options, made));
 
     for (const std::string& name : made.copied)
         SPLAT_TRY(
             model.parameters().write(*model.parameters().find(name), tensors.find(name)->values));
-    if (!made.widened.empty())
-        SPLAT_TRY(model.parameters().write(*model.parameters().find(first_conv), first_weight));
+    if (first_conv != nullptr) SPLAT_TRY(model.parameters().write(*first_conv, first_weight));
     if (made.rays_differ && options.take_rays) {
         SPLAT_TRY(model.set_rays(tensors.find(kRays)->values));
         made.rays_taken = true;

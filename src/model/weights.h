@@ -52,6 +52,11 @@ struct LoadReport {
 Status load_state(Model& model, const io::NamedTensors& given, const LoadOptions& options,
                   LoadReport& report);
 
+/// Checks names and shapes for load_state(), before the network takes memory. Errors: kFormat where load_state() has
+/// kInvalidArgument; kShape; those of a configuration.
+Status check_state(vk::Context& context, const ModelConfig& config, const io::NamedTensors& given,
+                   const LoadOptions& options);
+
 /// The channels of a file's network, where nobody names them: those of the configuration if the first
 /// convolution has as many, else RGB alone.
 ImageChannels likely_channels(const ModelConfig& config, const io::NamedTensors& tensors);

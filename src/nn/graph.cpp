@@ -140,6 +140,7 @@ Graph::Bytes Graph::forward_bytes() const {
         std::uint64_t own = plan.forward_workspace + plan.forward_prepared;
         for (const Shape& saved : plan.saved) own += vk::quad_bytes(saved.elements());
         lives.push_back({at, at, own});
+        bytes.prepared += plan.forward_prepared;
     }
     bytes.pass = peak_bytes(lives);
     return bytes;

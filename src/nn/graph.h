@@ -77,9 +77,9 @@ class Graph {
     [[nodiscard]] const Value& value(ValueId id) const { return values_[id]; }
 
     /// Bytes that parameters take, and at least what a forward pass holds besides at its fullest: inputs, values until
-    /// they are last read, workspaces, and parameters as kernels read them.
+    /// they are last read, workspaces, and parameters as kernels read them; all of the last, which later passes keep.
     struct Bytes {
-        std::uint64_t parameters = 0, pass = 0;
+        std::uint64_t parameters = 0, pass = 0, prepared = 0;
     };
     [[nodiscard]] Bytes forward_bytes() const;
 

@@ -19,6 +19,12 @@ std::vector<float> planes_of(const std::vector<float>& quads, std::size_t count,
     return images;
 }
 
+config::ModelConfig without_adapters(config::ModelConfig network) {
+    network.lora = {};
+    network.frozen.clear();
+    return network;
+}
+
 }  // namespace
 
 Predictor::Predictor(vk::Context& context, const config::Settings& settings)
@@ -31,13 +37,21 @@ Predictor::Predictor(vk::Context& context, const config::Settings& settings)
 Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
                                                      const config::Settings& settings) {
     std::unique_ptr<Predictor> self(new Predictor(context, settings));
-    config::ModelConfig plain = settings.network;
-    plain.lora = {};
-    plain.frozen.clear();
     model::ModelOptions options;
     options.build.precision = settings.training.precision;
-    SPLAT_ASSIGN(self->model_, model::Model::create(context, plain, options));
+    SPLAT_ASSIGN(self->model_,
+                 model::Model::create(context, without_adapters(settings.network), options));
     return self;
+}
+
+Status Predictor::check(vk::Context& context, const config::Settings& settings,
+                        const io::WeightsFile& file) {
+    const config::ModelConfig plain = without_adapters(settings.network);
+    model::LoadOptions options;
+    options.source = model::channels_of(plain);
+    options.graft =
+        settings.network.lora.rank > 0 && model::has_adapters(file.tensors);  // folded later
+    return model::check_state(context, plain, file.tensors, options);
 }
 
 Status Predictor::load(const io::WeightsFile& file, model::LoadReport& report) {

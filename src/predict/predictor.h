@@ -48,6 +48,10 @@ class Predictor {
     static Result<std::unique_ptr<Predictor>> create(vk::Context& context,
                                                      const config::Settings& settings);
 
+    /// Checks names and shapes for load(), before create() takes memory. Errors: those of model::check_state.
+    static Status check(vk::Context& context, const config::Settings& settings,
+                        const io::WeightsFile& file);
+
     /// Load a state dict. Its adapters are folded in if the configuration has adapters; its ray grid is
     /// taken over where it differs (report.rays_taken). Errors: those of model::merge_adapters and
     /// model::load_state; the network then stays as it was.

@@ -7,12 +7,12 @@
 #include <numbers>
 #include <optional>
 
-#include "config/heads.h"
 #include "config/presets.h"
 #include "core/os/path.h"
 #include "core/shown.h"
 #include "core/status.h"
-#include "model/model.h"
+#include "io/network_kind.h"
+#include "model/camera_embedding.h"
 #include "predict/weights_place.h"
 
 namespace splat::predict {
@@ -89,7 +89,7 @@ struct Known {
     Traits traits;
     double ray = 0;  ///< the value that last_ray() gives for its weights
     std::uint32_t resolution = 0;
-    const char* head = "";
+    std::string head;
 };
 
 /// The published networks: second stages of trainings change nothing here and are left out, as is "small", which is
@@ -107,7 +107,7 @@ std::vector<Known> read_known_networks() {
                   traits_of(network),
                   0,
                   network.resolution,
-                  config::head_of(network).name};
+                  network.head_name};
         one.ray = std::abs(
             static_cast<double>(model::pixel_rays(network)[network.output_resolution() - 1]));
         const bool second = std::ranges::any_of(known, [&one](const Known& other) {
@@ -252,7 +252,10 @@ Traits traits_of(const config::ModelConfig& c) {
 PublishedFit published_fit(const NamedTensors& tensors, const std::string& path) {
     PublishedFit fit;
     const Traits file = traits_of(tensors);
-    if (file.empty()) return fit;
+    if (file.empty()) {
+        fit.look = io::network_text(tensors);
+        return fit;
+    }
     for (const Known& known : known_networks()) {
         if (!of_one_network(file, known.traits)) continue;
         const std::optional<double> ray = last_ray(tensors, known.resolution);
@@ -264,6 +267,7 @@ PublishedFit published_fit(const NamedTensors& tensors, const std::string& path)
                                   fov_text(*ray, known.resolution) + " (there " +
                                   fov_text(known.ray, known.resolution) + ")");
         if (differences.empty()) {
+            if (fit.names.empty()) fit.head = known.head;
             fit.names.push_back(known.name);
         } else if (fit.nearest.empty() || differences.size() < fit.differences.size()) {
             fit.nearest = known.name;
@@ -282,36 +286,36 @@ std::string PublishedFit::sentence() const {
     if (names.size() == 1) return "its tensors fit the published configuration " + names[0];
     if (!names.empty()) return "its tensors fit the published configurations " + joined(names);
     if (nearest.empty())
-        return "it is no network of Splatter Image or LGM: it has no tensor "
-               "'network_with_offset.encoder.enc.RxR_conv.weight' and no 'unet.conv_in.weight'";
+        return "its tensors fit no published configuration: none is "
+               "'network_with_offset.encoder.enc.RxR_conv.weight' or 'unet.conv_in.weight', and "
+               "they look like " +
+               look;
     return "its tensors fit no published configuration; the nearest is " + nearest + ", but " +
            joined(differences);
 }
 
-Status expect_head(const NamedTensors& tensors, const config::ModelConfig& config) {
-    const Traits file = traits_of(tensors);
-    if (file.empty()) return {};
-    if (!of_one_network(file, traits_of(config)))
-        return damaged("the weights are of another network than the configuration's: %s",
-                       published_fit(tensors, "").sentence().c_str());
+Status expect_network(const NamedTensors& tensors, const config::ModelConfig& config) {
+    const Traits file = traits_of(tensors), own = traits_of(config);
+    const bool alike = !file.empty() && of_one_network(file, own);
     const std::optional<Place> place = network_place(tensors);
-    if (!place) return {};
-    const std::int64_t channels = dim_of(tensors.find(place->network + ".out.weight"), 0);
-    if (channels == config.output_channels()) return {};
+    if (alike && file == own) return {};
+    // No level and no channel of LGM may differ. A SongUNet is widened where it is grafted, but for its head.
+    if (alike && place &&
+        dim_of(tensors.find(place->network + ".out.weight"), 0) == config.output_channels())
+        return {};
     const PublishedFit fit = published_fit(tensors, "");
-    for (const Known& known : known_networks()) {
-        const std::string own = config::head_of(config).name;
-        if (fit.names.empty() || known.name != fit.names[0] || known.head == own) continue;
-        return damaged(
-            "the weights are of another network than the configuration's: %s, whose head is '%s', "
-            "but 'model.head' is '%s'",
-            fit.sentence().c_str(), known.head, own.c_str());
+    std::string sentence = fit.sentence();
+    if (alike && place) {
+        if (fit.names.empty() || fit.head == config.head_name) return {};
+        sentence +=
+            ", whose head is '" + fit.head + "', but 'model.head' is '" + config.head_name + "'";
     }
-    return {};
+    return invalid("the weights are of another network than the configuration's: %s",
+                   sentence.c_str());
 }
 
 void PublishedFit::write(JsonWriter& json) const {
-    json.begin_object().key("fit").list(names).member("nearest", nearest);
+    json.begin_object().key("fit").list(names).member("head", head).member("nearest", nearest);
     json.key("differences").list(differences).member("sentence", sentence()).end();
 }
 

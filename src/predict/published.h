@@ -21,12 +21,14 @@ Traits traits_of(const config::ModelConfig& config);
 /// The published configurations (config/presets.h) that weights without a configuration may be for.
 struct PublishedFit {
     std::vector<std::string> names;  ///< fitting configurations; only the first stage of a training
+    std::string head;                ///< name of their head
     std::string nearest;             ///< if none fits; empty if there is no network
+    std::string look;                ///< if there is no network: "MoGe-2"
     std::vector<std::string> differences;  ///< from it: "model.base_dim is 32 (there 128)"
 
     /// "its tensors fit the published configurations cars, chairs"
     [[nodiscard]] std::string sentence() const;
-    /// {"fit", "nearest", "differences", "sentence"}
+    /// {"fit", "head", "nearest", "differences", "sentence"}
     void write(JsonWriter& json) const;
 };
 
@@ -34,7 +36,8 @@ struct PublishedFit {
 /// `path`: model_NAME, or model_latest for objaverse.
 PublishedFit published_fit(const io::NamedTensors& tensors, const std::string& path);
 
-/// Errors: kFormat, with what they look like, for weights of a published network whose head is not the configuration's.
-Status expect_head(const io::NamedTensors& tensors, const config::ModelConfig& config);
+/// Errors: kInvalidArgument, with what the weights look like, for those of another network, of LGM in other sizes, and
+/// of a published one whose head is not the configuration's.
+Status expect_network(const io::NamedTensors& tensors, const config::ModelConfig& config);
 
 }  // namespace splat::predict

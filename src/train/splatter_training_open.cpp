@@ -239,7 +239,7 @@ Status SplatterTraining::load_weights(const std::string& path,
     const auto file = io::load_weights(path);
     SPLAT_TRY(of_file(file.status()));
     const io::NamedTensors& tensors = file.value().tensors;
-    SPLAT_TRY(of_file(predict::expect_head(tensors, settings_.network), path + ": "));
+    SPLAT_TRY(of_file(predict::expect_network(tensors, settings_.network), path + ": "));
     const model::LoadOptions likely{model::likely_channels(settings_.network, tensors), true};
     model::LoadReport report;
     {

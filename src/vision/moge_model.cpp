@@ -85,18 +85,19 @@ Result<std::unique_ptr<MogeModel>> MogeModel::create(vk::Context& context,
                                                      std::int64_t precision) {
     SPLAT_ASSIGN(MogeSizes sizes, moge_sizes(tensors, config));
     std::unique_ptr<MogeModel> model(new MogeModel(context, std::move(sizes), precision));
-    SPLAT_TRY(model->load(tensors));
+    SPLAT_TRY(model->check(tensors));
     return model;
 }
 
 /// Parameters belong to values by their numbers, which are the same in the graph of any size.
-Status MogeModel::load(const io::NamedTensors& tensors) {
+Status MogeModel::check(const io::NamedTensors& tensors) {
     first_graph_ = std::make_unique<nn::Graph>(context_);
     Layers layers(*first_graph_, precision_);
     constexpr std::uint32_t kAnySide = 2;
     add_moge(layers, sizes_, kAnySide, kAnySide);
     SPLAT_TRY(first_graph_->status());
-    SPLAT_TRY(check_tensors(tensors, layers.origins(), other_tensors(sizes_, tensors)));
+    origins_ = layers.origins();
+    SPLAT_TRY(check_tensors(tensors, origins_, other_tensors(sizes_, tensors)));
     const auto values = [&](const char* name) -> std::vector<float> {
         return tensors.find(name)->values;
     };
@@ -113,11 +114,14 @@ Status MogeModel::load(const io::NamedTensors& tensors) {
     deviation_ = values(kDeviation);
     for (const float deviation : deviation_)
         if (!(deviation > 0)) return damaged("tensor '%s' holds a number <= 0", kDeviation);
+    return {};
+}
+
+Status MogeModel::load(const io::NamedTensors& tensors) {
     SPLAT_ASSIGN(nn::Parameters made, nn::Parameters::create(context_, *first_graph_, false));
     parameters_ = std::make_unique<nn::Parameters>(std::move(made));
     for (const nn::Parameter& parameter : parameters_->all())
-        SPLAT_TRY(
-            parameters_->write(parameter, values_of(layers.origins().at(parameter.name), tensors)));
+        SPLAT_TRY(parameters_->write(parameter, values_of(origins_.at(parameter.name), tensors)));
     return {};
 }
 

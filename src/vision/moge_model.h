@@ -27,12 +27,15 @@ class MogeModel {
   public:
     static constexpr std::int64_t kBalanced = 2;
 
-    /// precision: of convolutions, see conv2d. Errors: those of moge_sizes() and check_tensors();
-    /// kOutOfDeviceMemory for the weights. Nothing is computed by the device before all tensors are checked.
+    /// Check all tensors, without the device; load() comes next. precision: of convolutions, see conv2d. Errors: those
+    /// of moge_sizes() and check_tensors().
     static Result<std::unique_ptr<MogeModel>> create(vk::Context& context,
                                                      const io::NamedTensors& tensors,
                                                      const MogeConfig& config,
                                                      std::int64_t precision = kBalanced);
+
+    /// Put the weights on the device. `tensors`: those of create(). Errors: kOutOfDeviceMemory.
+    Status load(const io::NamedTensors& tensors);
 
     [[nodiscard]] const MogeSizes& sizes() const { return sizes_; }
     [[nodiscard]] bool makes_normals() const { return sizes_.heads.size() == 3; }
@@ -53,7 +56,7 @@ class MogeModel {
   private:
     MogeModel(vk::Context& context, MogeSizes sizes, std::int64_t precision)
         : context_(context), sizes_(std::move(sizes)), precision_(precision) {}
-    Status load(const io::NamedTensors& tensors);
+    Status check(const io::NamedTensors& tensors);
     Status prepare(std::uint32_t rows, std::uint32_t columns);
     Status put_inputs(std::span<const float> image, std::uint32_t width, std::uint32_t height);
     Result<std::vector<float>> take(nn::ValueId value);
@@ -62,6 +65,7 @@ class MogeModel {
     MogeSizes sizes_;
     std::int64_t precision_;
     std::unique_ptr<nn::Graph> first_graph_;  ///< graph that the parameters were made for
+    std::map<std::string, Origin> origins_;   ///< where each parameter comes from
     std::unique_ptr<nn::Parameters> parameters_;
     std::vector<float> positions_, first_token_;  ///< [width,side,side], [width]
     std::vector<float> mean_, deviation_;         ///< by channel

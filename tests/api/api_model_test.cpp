@@ -52,7 +52,8 @@ TEST_F(ApiModel, WeightsWrittenInPlaceAreRefused) {
     write_large_weights(path.path());
     const Weights weights = got(splat_weights_load, path.c_str(), 0);
     const Model model = make_model(device_);
-    EXPECT_REFUSED(splat_model_load(model, weights, 0), kArgument, "it is of another network");
+    EXPECT_REFUSED(splat_model_load(model, weights, 0), kArgument,
+                   "the weights are of another network than the configuration's");
     std::filesystem::resize_file(path.path(), 500000);
     const char* why = "was written since it was opened";
     for (const std::uint32_t flags : {0U, std::uint32_t{SPLAT_LOAD_GRAFT}})
@@ -129,7 +130,8 @@ TEST_F(ApiModel, AdaptersGoRoundAlone) {
     EXPECT_EQ(read(second, layer + "B", 64), up);
     const char* other = "network_with_offset.encoder.enc.16x16_conv.weight";
     EXPECT_NE(read(first, other, 216), read(second, other, 216));
-    EXPECT_REFUSED(splat_model_load(first, adapters, 0), kArgument, "the file has no tensor");
+    EXPECT_REFUSED(splat_model_load(first, adapters, 0), kArgument,
+                   "and they look like low-rank adapters");
 
     // The network with separate adapters (without dropout, unlike the trainer's), and three ways of
     // folding them.

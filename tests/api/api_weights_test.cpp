@@ -35,8 +35,10 @@ TEST(ApiWeights, TellsWhatAFileHolds) {
     EXPECT_EQ(
         text_of(splat_weights_report, weights),
         R"({"format": "safetensors", "metadata": {"k": "v"}, "warnings": [], "published": {"fit": [], )"
-        R"("nearest": "", "differences": [], "sentence": "it is no network of Splatter Image or LGM: )"
-        R"(it has no tensor 'network_with_offset.encoder.enc.RxR_conv.weight' and no 'unet.conv_in.weight'"}})");
+        R"("head": "", "nearest": "", "differences": [], "sentence": "its tensors fit no published )"
+        R"(configuration: none is 'network_with_offset.encoder.enc.RxR_conv.weight' or )"
+        R"('unet.conv_in.weight', and they look like a network that is not known here; its first )"
+        R"(tensor is 'a'"}})");
 }
 
 TEST(ApiWeights, SavesByExtension) {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "config/heads.h"
-#include "model/model.h"
+#include "model/camera_embedding.h"
 #include "ops/gaussian_head.h"
 #include "ops/op_harness.h"
 #include "support/golden_file.h"

@@ -25,8 +25,7 @@ MogeConfig config_of(const Golden& golden) {
     MogeConfig config;
     config.heads = static_cast<std::uint32_t>(golden.array("num_heads").ints().value()[0]);
     const auto taps = golden.array("intermediate_layers").ints().value();
-    for (const std::int64_t tap : taps)
-        config.taps.push_back(static_cast<std::uint32_t>(tap));
+    for (const std::int64_t tap : taps) config.taps.push_back(static_cast<std::uint32_t>(tap));
     config.in_norm = norm_of(golden.array("in_norm").strings().value()[0]);
     config.hidden_norm = norm_of(golden.array("hidden_norm").strings().value()[0]);
     EXPECT_EQ(golden.array("remap").strings().value()[0], "exp");
@@ -57,7 +56,9 @@ SPLAT_INSTANTIATE_KERNELS(Nets2);
 TEST_P(Nets2, Moge2) {
     for (const std::string& path : golden_files("nets2", "moge2_")) {
         const Golden golden{need(Npz::read(path)), golden_name(path)};
-        const auto model = need(MogeModel::create(context(), state_of(golden), config_of(golden)));
+        const io::NamedTensors state = state_of(golden);
+        const auto model = need(MogeModel::create(context(), state, config_of(golden)));
+        ASSERT_OK(model->load(state));
         const std::vector<float> image = golden.floats("image");
         const auto maps = need(model->run(image, golden.dim("image", 3), golden.dim("image", 2),
                                           golden.array("num_tokens").ints().value()[0]));

@@ -314,10 +314,14 @@ TEST_P(ExecutorRules, MemoryIsToldBeforeItIsAllocated) {
     desc.outputs = {y};
     desc.keep_prepared = false;
     const auto executor = need(Executor::create(context(), graph, parameters.value(), desc));
+    desc.keep_prepared = true;
+    const auto keeping = need(Executor::create(context(), graph, parameters.value(), desc));
+    for (int pass = 0; pass < 2; ++pass) ASSERT_OK(keeping->forward());
     const Graph::Bytes told = graph.forward_bytes();
     EXPECT_EQ(told.parameters, std::uint64_t{8} * 16 * 9 * 4);
     const auto bound = static_cast<double>(executor->memory().bound);
     EXPECT_NEAR(static_cast<double>(told.pass), bound, 0.3 * bound);
+    EXPECT_EQ(told.prepared, keeping->memory().prepared);
 }
 
 TEST_P(ExecutorRules, SameBitsOnEveryRunAndPoison) {

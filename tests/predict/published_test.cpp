@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "config/presets.h"
+#include "model/camera_embedding.h"
 #include "model/model.h"
 #include "model/weights.h"
 #include "predict/weights_place.h"
@@ -75,13 +76,14 @@ TEST(Published, FindsF3dGausAndTellsItFromOthers) {
     const NamedTensors file = published_file(f3d);
     EXPECT_EQ(published_fit(file, "checkpoint_256x256_v1.pt").names, Names{"f3d-gaus-256"});
     EXPECT_EQ(published_fit(published_file(f3d, false), "x.pt").names, Names{"f3d-gaus-256"});
-    EXPECT_OK(expect_head(file, f3d));
-    EXPECT_OK(expect_head(published_file(cars), cars));
-    EXPECT_ERROR(expect_head(file, cars), Code::kFormat,
+    EXPECT_EQ(published_fit(file, "x.pt").head, "f3d");
+    EXPECT_OK(expect_network(file, f3d));
+    EXPECT_OK(expect_network(published_file(cars), cars));
+    EXPECT_ERROR(expect_network(file, cars), Code::kInvalidArgument,
                  "the weights are of another network than the configuration's: its tensors fit the "
                  "published configuration f3d-gaus-256, whose head is 'f3d', but 'model.head' is "
                  "'splatter'");
-    EXPECT_ERROR(expect_head(published_file(cars), f3d), Code::kFormat,
+    EXPECT_ERROR(expect_network(published_file(cars), f3d), Code::kInvalidArgument,
                  "cars, chairs, whose head is 'splatter', but 'model.head' is 'f3d'");
 }
 
@@ -114,11 +116,14 @@ TEST(Published, FindsLgmAndTellsItFromOthers) {
         "its tensors fit no published configuration; the nearest is lgm-tiny, but model.up is "
         "[512, 256, 64] (there [512, 256, 128])");
     const config::ModelConfig cars = network_of("cars"), big = network_of("lgm-big");
-    EXPECT_ERROR(expect_head(lgm_file(big), cars), Code::kFormat,
+    EXPECT_ERROR(expect_network(lgm_file(big), cars), Code::kInvalidArgument,
                  "the weights are of another network than the configuration's: its tensors fit the "
                  "published configuration lgm-big");
-    EXPECT_ERROR(expect_head(published_file(cars), big), Code::kFormat, "cars, chairs");
-    EXPECT_OK(expect_head(lgm_file(big), big));
+    EXPECT_ERROR(expect_network(published_file(cars), big), Code::kInvalidArgument, "cars, chairs");
+    EXPECT_OK(expect_network(lgm_file(big), big));
+    EXPECT_ERROR(expect_network(lgm_file(big), network_of("lgm-tiny")), Code::kInvalidArgument,
+                 "the weights are of another network than the configuration's: its tensors fit the "
+                 "published configuration lgm-big");
 }
 
 TEST(Published, IsDecidedByTheNameOfTheFile) {
@@ -158,9 +163,14 @@ TEST(Published, NamesTheNearestAndWhatDiffers) {
     add(other, "network_with_offset.encoder.enc.x_conv.weight", {1, 1, 1, 1});
     add(other, "network_with_offset.encoder.enc.0x0_conv.weight", {1, 1, 1, 1});
     add(other, "ray_dirs", {0});
-    EXPECT_EQ(published_fit(other, "model_cars.pth").sentence(),
-              "it is no network of Splatter Image or LGM: it has no tensor "
-              "'network_with_offset.encoder.enc.RxR_conv.weight' and no 'unet.conv_in.weight'");
+    EXPECT_EQ(
+        published_fit(other, "model_cars.pth").sentence(),
+        "its tensors fit no published configuration: none is "
+        "'network_with_offset.encoder.enc.RxR_conv.weight' or 'unet.conv_in.weight', and they "
+        "look like a SongUNet, as of Splatter Image or F3D-Gaus");
+    NamedTensors moge;
+    add(moge, "encoder.backbone.norm.bias", {1});
+    EXPECT_ERROR(expect_network(moge, small), Code::kInvalidArgument, "and they look like MoGe-2");
 }
 
 TEST(Published, LeavesTheFirstTrainingOut) {

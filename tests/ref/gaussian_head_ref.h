@@ -96,7 +96,7 @@ Number activated(std::uint32_t activation, const Number& x) {
 template <class Number>
 Number slope(std::uint32_t activation, const Number& x) {
     using std::exp;
-    const Number s = head_sigmoid(activation == kHeadTanh ? Number(2) * x : x);
+    const Number s = head_sigmoid(x);
     switch (activation) {
         case kHeadSigmoid:
             return s * (Number(1) - s);
@@ -104,8 +104,10 @@ Number slope(std::uint32_t activation, const Number& x) {
             return exp(x);
         case kHeadSoftplus:
             return s / Number(10);
-        case kHeadTanh:
-            return Number(2) * s * (Number(1) - s);
+        case kHeadTanh: {  // 1 - s would lose its digits
+            const Number e = exp(Number(number_of(x) > 0 ? -2 : 2) * x);
+            return Number(2) * e / ((Number(1) + e) * (Number(1) + e));
+        }
         default:
             return Number(1);
     }

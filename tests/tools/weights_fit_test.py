@@ -95,9 +95,9 @@ class WeightsFit(unittest.TestCase):
 
     def test_report_says_it(self):
         shown = json.loads(vkrun(0, "weights", "show", self.weights("model_chairs.safetensors"), "--json"))
-        self.assertEqual(shown["published"], {"fit": ["chairs"], "nearest": "", "differences": [], "sentence":
-                                              "its tensors fit the published configuration chairs"})
-        self.assertIn("fit the published configurations cars, chairs",
+        self.assertEqual(shown["published"], {"fit": ["chairs"], "head": "splatter", "nearest": "", "differences": [],
+                                              "sentence": "its tensors fit the published configuration chairs"})
+        self.assertIn("fit the published configurations cars, chairs; model.head is splatter",
                       vkrun(0, "weights", "show", self.weights("x.safetensors")))
 
 

@@ -17,6 +17,12 @@ Status refusal(const io::NamedTensors& tensors, const vision::MogeConfig& config
     return MogeModel::create(*shared_context(), tensors, config).status();
 }
 
+std::unique_ptr<MogeModel> loaded(vk::Context& context, const io::NamedTensors& tensors) {
+    auto model = need(MogeModel::create(context, tensors, {}));
+    EXPECT_OK(model->load(tensors));
+    return model;
+}
+
 /// [3,height,width] of waves.
 std::vector<float> picture(std::uint32_t width, std::uint32_t height) {
     std::vector<float> values;
@@ -106,7 +112,7 @@ class MogeModelTest : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(MogeModelTest);
 
 TEST_P(MogeModelTest, MakesMapsOfAnySizeAlike) {
-    const auto model = need(MogeModel::create(context(), small_moge(), {}));
+    const auto model = loaded(context(), small_moge());
     const std::vector<float> wide = picture(70, 40), high = picture(30, 50);
     const auto first = need(model->run(wide, 70, 40, 24));
     EXPECT_EQ(first.points.size(), 3U * 70 * 40);
@@ -128,7 +134,7 @@ TEST_P(MogeModelTest, MakesMapsOfAnySizeAlike) {
 }
 
 TEST_P(MogeModelTest, RefusesTokensThatDoNotFit) {
-    const auto model = need(MogeModel::create(context(), small_moge(false), {}));
+    const auto model = loaded(context(), small_moge(false));
     EXPECT_FALSE(model->makes_normals());
     const std::vector<float> image = picture(20, 10);
     EXPECT_ERROR(model->run(image, 20, 10, 1000000), Code::kInvalidArgument,

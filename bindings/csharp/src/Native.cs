@@ -1713,9 +1713,9 @@ namespace Splat.Interop
         /// Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier versions.
         /// flags     SPLAT_LOAD_*
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
-        ///   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
-        ///   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
-        ///   model without adapters)
+        ///   SPLAT_ERROR_INVALID_ARGUMENT (weights of another network: the message says which they look like; a
+        ///   tensor that is missing or not finite; without GRAFT, one that the model lacks; another field of
+        ///   view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a model without adapters)
         /// </summary>
 #if NET8_0_OR_GREATER
         [LibraryImport(Lib)] public static partial
@@ -3867,7 +3867,8 @@ namespace Splat.Interop
         /// name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one of
         /// splat_config_presets that fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by
         /// the published name of the file, such as model_cars.pth. "published" of splat_weights_report has {"fit":
-        /// [names], "nearest", "differences" (from that, if none fits), "sentence"}</summary>
+        /// [names], "head" (of model.head, if one fits), "nearest", "differences" (from that, if none fits),
+        /// "sentence"}</summary>
         public byte* config;
         /** <summary>a file of low-rank adapters, which are folded in</summary> */ public byte* adapters_path;
         /** <summary>adapters in memory; neither: only those among the weights</summary> */ public IntPtr adapters;

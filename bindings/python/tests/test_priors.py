@@ -3,6 +3,7 @@ SPLAT_ONNXRUNTIME_LIBRARY, and SPLAT_ONNX_SAMPLES is a folder of write_onnx_samp
 import os
 import unittest
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -30,6 +31,10 @@ class Presets(Case):
             splat.PriorModel({"input": {}}, "model.onnx")
         with self.assertRaisesRegex(splat.NotFound, "no.so"):
             splat.PriorModel("u2net", __file__, runtime="/nowhere/no.so")
+        with TemporaryDirectory() as folder:  # weights by their content get a device
+            splat.Weights({"a": np.zeros(1, np.float32)}).save(f"{folder}/a.npz")
+            with self.assertRaisesRegex(splat.FormatError, "not the weights of MoGe-2"):
+                splat.PriorModel("moge-2-vits-normal", f"{folder}/a.npz")
 
 
 @unittest.skipUnless(SAMPLES, "run by tests/interop/onnx.sh: needs ONNX Runtime")

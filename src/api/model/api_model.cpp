@@ -5,6 +5,7 @@
 #include "core/json_writer.h"
 #include "model/adapters.h"
 #include "predict/predictor.h"
+#include "predict/published.h"
 
 using namespace splat;
 
@@ -154,6 +155,7 @@ splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t
                 return invalid("flags is %#x, expected SPLAT_LOAD_ADAPTERS alone", flags);
             return loaded(model::load_adapters(*object.model, file->file, report));
         }
+        SPLAT_TRY(predict::expect_network(file->file.tensors, object.model->config()));
         model::LoadOptions options;
         options.graft = (flags & SPLAT_LOAD_GRAFT) != 0;
         options.take_rays = (flags & SPLAT_LOAD_TAKE_RAYS) != 0;

@@ -7,6 +7,7 @@
 #include "model/adapters.h"
 #include "predict/published.h"
 #include "predict/weights_place.h"
+#include "vision/moge_sizes.h"
 
 using namespace splat;
 
@@ -42,13 +43,22 @@ Result<io::WeightsFormat> format_to_write(splat_weights_format format) {
     }
 }
 
+/// The preset of prior models that weights are for; empty if there is none.
+std::string prior_preset_of(const io::NamedTensors& tensors) {
+    const auto sizes = vision::moge_sizes(tensors, {});
+    return sizes.ok() ? vision::moge_preset(sizes.value()) : "";
+}
+
 std::string weights_report(const api::WeightsObject& object) {
     const io::WeightsFile& file = object.file;
     JsonWriter json;
     json.begin_object().member("format", object.from).key("metadata").begin_object();
     for (const auto& [key, value] : file.metadata) json.member(key, value);
     json.end().key("warnings").list(file.warnings).key("published");
-    predict::published_fit(file.tensors, object.path).write(json);
+    predict::PublishedFit fit = predict::published_fit(file.tensors, object.path);
+    if (const std::string prior = prior_preset_of(file.tensors); !prior.empty())
+        fit.look += ", of the preset " + prior + " of prior models";
+    fit.write(json);
     return json.end().text();
 }
 

@@ -149,15 +149,17 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
     SPLAT_SET(object->aggregation.convention, convention_of(desc));
     object->aggregation.views = desc.aggregate;
     SPLAT_TRY(predict::check_aggregation(object->settings.network, desc.aggregate));
-    SPLAT_TRY(predict::expect_head(weights->tensors, object->settings.network));
+    SPLAT_TRY(of_weights(predict::expect_network(weights->tensors, object->settings.network)));
     SPLAT_ASSIGN(const WeightsPointer file, with_adapters(weights, desc, object->settings.network));
     model::LoadReport load;
+    vk::Context& context = *owner->context;
+    SPLAT_TRY(context.mutex.call(
+        [&] { return predict::Predictor::check(context, object->settings, *file); }));
     SPLAT_TRY(owner->test(api::kNetworkKernels | api::kRasterKernels));
     {
-        const std::lock_guard lock(owner->context->mutex);
-        SPLAT_TRY(owner->context->device().alive());
-        SPLAT_ASSIGN(object->predictor,
-                     predict::Predictor::create(*owner->context, object->settings));
+        const std::lock_guard lock(context.mutex);
+        SPLAT_TRY(context.device().alive());
+        SPLAT_ASSIGN(object->predictor, predict::Predictor::create(context, object->settings));
         SPLAT_TRY(of_weights(object->predictor->load(*file, load)));
     }
     SPLAT_TRY(weights->tensors.unchanged());

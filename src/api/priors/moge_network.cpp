@@ -19,11 +19,16 @@ class MogeNetwork : public prior_models::Network, public OfDevice {
     MogeNetwork(const std::shared_ptr<vk::Context>& owner, std::string path)
         : OfDevice(owner), path_(std::move(path)) {}
 
-    Status open(const io::WeightsFile& file) {
+    Status open(const io::WeightsFile& file, DeviceObject& device) {
         SPLAT_ASSIGN(const vision::MogeConfig config, vision::moge_config(file.metadata));
+        SPLAT_TRY(context->mutex.call([&]() -> Status {
+            SPLAT_ASSIGN(model_, vision::MogeModel::create(*context, file.tensors, config));
+            return {};
+        }));
+        SPLAT_TRY(device.test(kNetworkKernels));
         const std::lock_guard lock(context->mutex);
         SPLAT_TRY(context->device().alive());
-        SPLAT_ASSIGN(model_, vision::MogeModel::create(*context, file.tensors, config));
+        SPLAT_TRY(model_->load(file.tensors));
         preset_ = vision::moge_preset(model_->sizes());
         inputs_ = {{"image", prior_models::kOrtFloat, {1, 3, -1, -1}},
                    {"num_tokens", prior_models::kOrtInt64, {}}};
@@ -76,11 +81,11 @@ class MogeNetwork : public prior_models::Network, public OfDevice {
 
 }  // namespace
 
-Result<std::unique_ptr<prior_models::Network>> open_moge(const DeviceObject& device,
+Result<std::unique_ptr<prior_models::Network>> open_moge(DeviceObject& device,
                                                          const std::string& path) {
     SPLAT_ASSIGN(const io::WeightsFile file, io::load_weights(path, decode_limits(), true));
     auto network = std::make_unique<MogeNetwork>(device.context, path);
-    const Status opened = network->open(file);
+    const Status opened = network->open(file, device);
     if (!opened.ok()) return Status(opened.code(), "'" + path + "': " + opened.message());
     return std::unique_ptr<prior_models::Network>(std::move(network));
 }

@@ -5,9 +5,10 @@
 
 namespace splat::api {
 
-/// MoGe-2 of a file of weights, run by a device, with the inputs and outputs of its ONNX export. Errors: those of
-/// io::load_weights() and vision::MogeModel::create(), which name the file; of the device.
-Result<std::unique_ptr<prior_models::Network>> open_moge(const DeviceObject& device,
+/// MoGe-2 of a file of weights, run by a device, with the inputs and outputs of its ONNX export. All tensors are
+/// checked before the device is tested and used. Errors: those of io::load_weights() and vision::MogeModel, which name
+/// the file; of the device.
+Result<std::unique_ptr<prior_models::Network>> open_moge(DeviceObject& device,
                                                          const std::string& path);
 
 }  // namespace splat::api

@@ -175,15 +175,17 @@ Weights parts_of_nmr() {
     return got(splat_weights_from_arrays, arrays.data(), arrays.size());
 }
 
-/// With it the network is made, and loading then misses what parts_of_nmr() left out.
+/// What parts_of_nmr() left out is missed before the device is used.
 TEST_F(ApiPredictor, TakesThePublishedConfigurationThatFits) {
     const Temporary path(".safetensors");
     ASSERT_DONE(splat_weights_save(parts_of_nmr(), path.c_str(), 0));
     auto desc = sized<splat_predictor_desc>();
     desc.weights_path = path.c_str();
     Predictor made;
+    const std::uint64_t before = got(splat_device_get_memory, device_).peak_bytes;
     EXPECT_REFUSED(splat_predictor_create(device_, &desc, made.out()), kFormat,
                    "the file has no tensor 'network_with_offset.encoder.enc.64x64_");
+    EXPECT_EQ(got(splat_device_get_memory, device_).peak_bytes, before);
 }
 
 TEST_F(ApiPredictor, FoldsAdaptersIntoItsWeights) {

@@ -128,14 +128,37 @@ TEST(ApiWeightsModel, SaysWhatIsWrong) {
     refused(good, kArgument, "preset 'u2net'", [](auto& d) { d.preset = "u2net"; });
     const io::NamedTensors song =
         with({}, {"network_with_offset.out.weight", {1}, io::NumberType::kF32, {1.0F}});
+    const std::uint64_t before = got(splat_device_get_memory, device).peak_bytes;
     refused(saved(song, "api_song.safetensors"), kFormat, "they look like a SongUNet", as_it_is);
     refused(saved(without(small_moge(), "encoder.backbone.norm.bias"), "api_less.safetensors"),
             kFormat, "api_less.safetensors': 1 of the network's", as_it_is);
+    EXPECT_EQ(got(splat_device_get_memory, device).peak_bytes, before) << "not even tested";
     // Without normals the preset's output is not there.
     refused(saved(small_moge(false), "api_no_normal.safetensors"), kFormat, "expects 'normal'",
             as_it_is);
     const auto desc = weights_desc(good, device.get());
     EXPECT_DONE(splat_prior_model_create(&desc, model.out()));
+}
+
+/// By the shapes alone. The rest of the tensors is smaller than those of the preset.
+TEST(ApiWeightsModel, TheReportNamesThePreset) {
+    io::NamedTensors tensors = small_moge();
+    const auto add = [&](const std::string& name, std::vector<std::int64_t> dims) {
+        std::int64_t count = 1;
+        for (const std::int64_t dim : dims) count *= dim;
+        const std::vector<float> values(static_cast<std::size_t>(count));
+        tensors = with(tensors,
+                       {"encoder.backbone." + name, std::move(dims), io::NumberType::kF32, values});
+    };
+    const auto report = [&] {
+        const std::string path = saved(tensors, "api_moge_report.safetensors");
+        return text_of(splat_weights_report, got(splat_weights_load, path.c_str(), 0));
+    };
+    EXPECT_TRUE(holds(report(), "they look like MoGe-2\"")) << report();
+    add("patch_embed.proj.weight", {384, 3, 14, 14});
+    add("pos_embed", {1, 26, 384});
+    for (int i = 2; i < 12; ++i) add("blocks." + std::to_string(i) + ".norm1.weight", {384});
+    EXPECT_TRUE(holds(report(), "look like MoGe-2, of the preset moge-2-vits-normal")) << report();
 }
 
 }  // namespace

@@ -146,7 +146,6 @@ int predict(const CLI::App& command, const PredictionOptions& options, bool json
     if (takes_depths && options.depth.empty())
         files.config["model"]["head"]["depth_maps"] = "nearer";
     check_pictures(options, files.config);
-    warn_of_old_weights(files);
     const Device device = open_device(device_desc(options.device));
     const Joining joining{options.aggregate, convention_of(options.convention)};
     const Json result =

@@ -1,15 +1,10 @@
 #include "vkrun/predict/network.h"
 
 #include <CLI/CLI.hpp>
-#include <cstdint>
 #include <cstdio>
-#include <filesystem>
 #include <optional>
-#include <system_error>
 
-#include "core/os/path.h"
 #include "vkrun/cli/log.h"
-#include "vkrun/cli/sha256.h"
 #include "vkrun/config/merged_config.h"
 #include "vkrun/weights/published.h"
 #include "vkrun/weights/published_config.h"
@@ -64,21 +59,6 @@ bool is_lgm(const Json& config) {
     return config.value("/model/network"_json_pointer, "") == "lgm_unet";
 }
 
-void warn_of_old_weights(const NetworkFiles& files) {
-    constexpr std::uintmax_t kLeast = 829'000'000,
-                             kMost = 832'000'000;  // bytes; hashing takes seconds
-    std::error_code none;
-    const std::uintmax_t bytes =
-        std::filesystem::file_size(splat::os::path_of(files.weights), none);
-    if (!is_lgm(files.config) || none || bytes < kLeast || bytes > kMost) return;
-    if (sha256_of_file(files.weights) != kLgmBeforeFix) return;
-    std::fprintf(
-        stderr,
-        "vkrun: warning: '%s' is LGM's model_fp16.safetensors from before its rotations were "
-        "corrected: scenes will have wrong rotations; take model_fp16_fixrot.safetensors\n",
-        files.weights.c_str());
-}
-
 splat_convention convention_of(const std::string& name) {
     return name == "3dgs" ? SPLAT_CONVENTION_3DGS : SPLAT_CONVENTION_RAY_MAXIMUM;
 }
@@ -87,6 +67,7 @@ Network load_network(splat_device device, const NetworkFiles& files, splat_weigh
                      const Joining& joining) {
     Network network;
     network.files = files;
+    warn_of_old_weights(files.weights);
     const Weights own = weights == nullptr ? load_weights(files.weights) : Weights();
     const std::string config = files.config.dump();
     auto desc = sized<splat_predictor_desc>();

@@ -30,9 +30,6 @@ NetworkFiles network_files(const std::string& weights, const std::string& config
 /// True for a configuration of LGM's network.
 bool is_lgm(const Json& config);
 
-/// Warns of LGM's published weights that are known to be wrong. Throws a Failure for a file that cannot be read.
-void warn_of_old_weights(const NetworkFiles& files);
-
 /// A network on a device.
 struct Network {
     NetworkFiles files;

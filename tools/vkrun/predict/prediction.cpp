@@ -328,12 +328,27 @@ std::string built_in_note(const PredictionOptions& options, const NetworkFiles& 
            ". 'vkrun weights where' lists published weights for other objects";
 }
 
+/// Compares sizes, as the library does once the network is there: one camera sees the views of an object.
+void check_sizes(const std::vector<std::string>& pictures) {
+    splat_image first{};
+    for (const std::string& path : pictures) {
+        splat_image image{};
+        check(splat_image_load(path.c_str(), &image, nullptr), kBadData);
+        if (first.width == 0) first = image;
+        if (image.width != first.width || image.height != first.height)
+            throw Failure(kBadData, format("'%s' has %u x %u pixels, expected %u x %u as '%s'",
+                                           path.c_str(), image.width, image.height, first.width,
+                                           first.height, pictures[0].c_str()));
+    }
+}
+
 }  // namespace
 
 void check_pictures(const PredictionOptions& options, const Json& config) {
     const auto views = config.at("data").at("input_images").get<std::size_t>();
     const std::size_t given = options.images.size();
-    if (given == 0 || (given == views && (views == 1 || is_lgm(config)))) return;
+    if (given == views && is_lgm(config)) return check_sizes(options.images);
+    if (given == 0 || (given == views && views == 1)) return;
     const std::string counts =
         format("%zu picture%s, but the network takes %zu", given, given == 1 ? "" : "s", views);
     if (!is_lgm(config))

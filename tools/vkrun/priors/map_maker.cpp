@@ -32,13 +32,15 @@ constexpr MapKind kMapKinds[] = {{"depth", SPLAT_DATA_DEPTH, 1, &splat_prior_map
                                  {"normal", SPLAT_DATA_NORMAL, 3, &splat_prior_maps::normal},
                                  {"mask", SPLAT_DATA_MASK, 1, &splat_prior_maps::mask}};
 
-/// The model is a file of weights, by its name.
+/// The model is a file of weights, by its name or its content, as the library decides.
 bool holds_weights(const ModelSource& source) {
     std::string path = source.model;
     if (path.empty() && source.preset.find('{') == std::string::npos)
         path = preset_json(source.preset).at("path").get<std::string>();
     const std::string extension = os::text_of(os::path_of(path).extension());
-    return extension == ".pt" || extension == ".pth" || extension == ".safetensors";
+    if (extension == ".pt" || extension == ".pth" || extension == ".safetensors") return true;
+    Weights other;
+    return splat_weights_load(path.c_str(), 0, other.out()) == SPLAT_OK;
 }
 
 /// One run of vkrun priors.

@@ -21,6 +21,7 @@
 #include "vkrun/train/training_view.h"
 #include "vkrun/weights/builtin_weights.h"
 #include "vkrun/weights/model_load.h"
+#include "vkrun/weights/published.h"
 
 namespace vkrun {
 namespace {
@@ -171,6 +172,7 @@ Run open_training(splat_device device, const TrainOptions& options, const Ranks&
     std::string init;
     if (!options.init.empty()) {
         init = weights_named(options.init);
+        warn_of_old_weights(init);
         desc.init = init.c_str();
         desc.init_flags = graft_flags("--init-channels", options.init_channels);
     }

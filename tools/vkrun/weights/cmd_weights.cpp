@@ -15,6 +15,7 @@
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/config/merged_config.h"
+#include "vkrun/weights/published.h"
 #include "vkrun/weights/published_config.h"
 
 namespace vkrun {
@@ -128,6 +129,7 @@ Summary summarise(const std::vector<float>& values) {
 
 int show(const std::string& path, bool json) {
     const WeightsFile file = load(path);
+    warn_of_old_weights(path);
     Table table({"tensor", ">shape", "dtype", ">mean", ">std", ">min", ">max", ">not finite"});
     Json tensors = Json::array();
     std::uint64_t elements = 0;
@@ -166,7 +168,10 @@ int show(const std::string& path, bool json) {
                 bytes_text(elements * sizeof(float)).c_str(),
                 static_cast<unsigned long long>(non_finite),
                 file.report.at("format").get<std::string>().c_str());
-    std::printf("%s\n", file.report.at("published").at("sentence").get<std::string>().c_str());
+    const Json& published = file.report.at("published");
+    const auto head = published.at("head").get<std::string>();
+    std::printf("%s%s\n", published.at("sentence").get<std::string>().c_str(),
+                head.empty() ? "" : ("; model.head is " + head).c_str());
     for (const auto& [key, value] : file.report.at("metadata").items())
         std::printf("%s: %s\n", key.c_str(), value.get<std::string>().c_str());
     for (const Json& warning : file.report.at("warnings"))

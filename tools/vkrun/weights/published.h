@@ -28,9 +28,8 @@ std::string published_address(const PublishedWeights& weights);
 /// The name of the weights whose file has this hash; empty if none is known to have it.
 std::string published_by_hash(const std::string& sha256);
 
-/// Hash of LGM's model_fp16.safetensors from before its correction: its quaternions were normalised along the wrong
-/// axis while it was trained, so that rotations are wrong here. The file of the name ..._fixrot is the right one.
-inline constexpr const char* kLgmBeforeFix =
-    "5a7ab3128a73dce6d2927d5c7c7ec79a7f7ca885fec960db86d991f272fe2e9d";
+/// Warns of LGM's published weights that are known to be wrong, by their hash. Throws a Failure for a file that cannot
+/// be read.
+void warn_of_old_weights(const std::string& path);
 
 }  // namespace vkrun

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from . import _native
 from ._arrays import ArrayLike, Floats, address, image_struct, pixel_array
-from ._errors import InvalidArgument, NotFound, check, direct
+from ._errors import Error, InvalidArgument, NotFound, check, direct
 from ._handle import Handle, made
 from ._library import lib
 from ._records import (DepthScores, FidelityScores, MaskScores, NormalScores,
@@ -21,6 +21,7 @@ from ._text import (PathLike, choice, encoded, flags_of, json_from, json_of, pat
                     text_from)
 from .camera import Camera
 from .device import Device, default_device, whole
+from .weights import Weights
 
 
 def _map(data: ArrayLike, what: str) -> _native.splat_image:
@@ -178,11 +179,16 @@ def prior_preset(name: str) -> Dict[str, Any]:
 
 
 def _holds_weights(preset: Any, model: Optional[PathLike]) -> bool:
-    """A model by its name, or that of a preset of the library's, is a file of weights."""
+    """A model, or that of a preset of the library's, is a file of weights by its name or content."""
     if model is None and isinstance(preset, str) and "{" not in preset:
         with suppress(NotFound):
             model = json_from(lib.splat_prior_preset, encoded(preset, "preset"))["path"]
-    return str(model).endswith((".pt", ".pth", ".safetensors"))
+    if model is None or str(model).endswith((".pt", ".pth", ".safetensors")):
+        return model is not None
+    with suppress(Error):
+        Weights.load(model)
+        return True
+    return False
 
 
 class PriorModel(Handle):

@@ -1173,8 +1173,8 @@ pub struct splat_predictor_desc {
     /// text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json
     /// or .yaml, else config.json or config.yaml in the weights' folder; else the one of splat_config_presets that
     /// fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by the published name of the
-    /// file, such as model_cars.pth. "published" of splat_weights_report has {"fit": \[names\], "nearest",
-    /// "differences" (from that, if none fits), "sentence"}
+    /// file, such as model_cars.pth. "published" of splat_weights_report has {"fit": \[names\], "head" (of
+    /// model.head, if one fits), "nearest", "differences" (from that, if none fits), "sentence"}
     pub config: *const c_char,
     /** a file of low-rank adapters, which are folded in */ pub adapters_path: *const c_char,
     /** adapters in memory; neither: only those among the weights */ pub adapters: splat_weights,
@@ -3257,9 +3257,9 @@ extern "C" {
     /// Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier versions.
     /// flags     SPLAT_LOAD_*
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
-    ///   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
-    ///   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
-    ///   model without adapters)
+    ///   SPLAT_ERROR_INVALID_ARGUMENT (weights of another network: the message says which they look like; a
+    ///   tensor that is missing or not finite; without GRAFT, one that the model lacks; another field of
+    ///   view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a model without adapters)
     /// ```
     pub fn splat_model_load(model: splat_model, weights: splat_weights, flags: u32) -> splat_result;
 
