@@ -548,6 +548,27 @@ number! {
 }
 
 flags! {
+    /// How a mesh's file is read, what its one material is, how it is drawn.
+    MeshFlags {
+        /// leave out textures and materials that cannot be read, with a warning, instead of refusing the file
+        LENIENT = SPLAT_MESH_LENIENT,
+        /// of `Mesh::create`: only the side is drawn on which the corners turn counterclockwise
+        SINGLE_SIDED = SPLAT_MESH_SINGLE_SIDED,
+        /** of `Mesh::render`: color is the base colour, as albedo */ UNLIT = SPLAT_MESH_UNLIT,
+    }
+}
+
+number! {
+    /// How large a mesh is made. All but the first put the centre of its box into the origin.
+    MeshSize {
+        /** nothing changes */ AS_GIVEN = SPLAT_MESH_AS_GIVEN,
+        /** the longest side of the box is 1 */ UNIT_CUBE = SPLAT_MESH_UNIT_CUBE,
+        /** the diagonal of the box is 1, as in ShapeNet */ UNIT_DIAGONAL = SPLAT_MESH_UNIT_DIAGONAL,
+        /** the farthest vertex is at distance 1 */ UNIT_SPHERE = SPLAT_MESH_UNIT_SPHERE,
+    }
+}
+
+flags! {
     /// What the numbers of a model's maps are.
     PriorModelFlags {
         /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1
@@ -1167,7 +1188,7 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 104] = [
+pub(crate) const WORDS: [(&str, &str); 112] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
     ("SPLAT_CONVENTION_RAY_MAXIMUM", "Convention::RAY_MAXIMUM"), ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"),
@@ -1177,11 +1198,13 @@ pub(crate) const WORDS: [(&str, &str); 104] = [
     ("SPLAT_IMAGE_GIF", "ImageFormat::GIF"), ("SPLAT_IMAGE_NPY", "ImageFormat::NPY"),
     ("SPLAT_IMAGE_PNG", "ImageFormat::PNG"), ("SPLAT_IMAGE_PNG16", "ImageFormat::PNG16"),
     ("SPLAT_IMAGE_WEBP", "ImageFormat::WEBP"), ("SPLAT_LOAD_ADAPTERS", "LoadFlags::ADAPTERS"),
-    ("SPLAT_MAP_FILTER_", "MapFilter"), ("SPLAT_MODEL_GRADIENTS", "ModelFlags::GRADIENTS"),
+    ("SPLAT_MAP_FILTER_", "MapFilter"), ("SPLAT_MESH_AS_GIVEN", "MeshSize::AS_GIVEN"),
+    ("SPLAT_MESH_UNIT_SPHERE", "MeshSize::UNIT_SPHERE"), ("SPLAT_MODEL_GRADIENTS", "ModelFlags::GRADIENTS"),
     ("SPLAT_MODEL_INPUT_GRADIENTS", "ModelFlags::INPUT_GRADIENTS"),
     ("SPLAT_MODEL_RECOMPUTE", "ModelFlags::RECOMPUTE"), ("SPLAT_MODULE_GRADIENTS", "ModuleFlags::GRADIENTS"),
     ("SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags::INPUT_GRADIENTS"), ("SPLAT_PASS_TENSORS", "PassFlags::TENSORS"),
-    ("SPLAT_PICTURE_WHOLE", "PictureFlags::WHOLE"), ("SPLAT_PIXEL_", "Pixel"), ("SPLAT_PORT_KIND_", "PortKind"),
+    ("SPLAT_PICTURE_WHOLE", "PictureFlags::WHOLE"), ("SPLAT_PIXEL_", "Pixel"), ("SPLAT_PIXEL_F16", "Pixel::F16"),
+    ("SPLAT_PIXEL_F32", "Pixel::F32"), ("SPLAT_PIXEL_U8", "Pixel::U8"), ("SPLAT_PORT_KIND_", "PortKind"),
     ("SPLAT_RASTERIZER_ANTIALIASED", "RasterizerFlags::ANTIALIASED"),
     ("SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags::BACKWARD"),
     ("SPLAT_RASTERIZER_CONTRIBUTIONS", "RasterizerFlags::CONTRIBUTIONS"),
@@ -1208,16 +1231,18 @@ pub(crate) const WORDS: [(&str, &str); 104] = [
     ("splat_evaluator", "Evaluator"), ("splat_evaluator_score", "Evaluator::score"), ("splat_fit_open", "Fit::open"),
     ("splat_fit_score", "Scoring::open"), ("splat_gaussians_desc", "Gaussians"),
     ("splat_gradients_desc", "Gradients"), ("splat_lpips", "Lpips"), ("splat_lpips_desc", "Lpips"),
-    ("splat_model", "Model"), ("splat_model_backward", "Model::backward"), ("splat_model_forward", "Model::forward"),
-    ("splat_model_load", "Model::load"), ("splat_model_ports", "Model::ports"), ("splat_module", "Module"),
-    ("splat_op", "Op"), ("splat_optimizer", "Optimizer"), ("splat_picture_cut_desc", "PictureCut"),
-    ("splat_predictor", "Predictor"), ("splat_prior_model", "PriorModel"), ("splat_raster_state", "RasterState"),
+    ("splat_mesh", "Mesh"), ("splat_model", "Model"), ("splat_model_backward", "Model::backward"),
+    ("splat_model_forward", "Model::forward"), ("splat_model_load", "Model::load"),
+    ("splat_model_ports", "Model::ports"), ("splat_module", "Module"), ("splat_op", "Op"),
+    ("splat_optimizer", "Optimizer"), ("splat_picture_cut_desc", "PictureCut"), ("splat_predictor", "Predictor"),
+    ("splat_prior_model", "PriorModel"), ("splat_raster_state", "RasterState"),
     ("splat_raster_state_create", "RasterState::create"), ("splat_rasterizer", "Rasterizer"),
     ("splat_rasterizer_forward", "Rasterizer::forward"), ("splat_rasterizer_read", "Rasterizer::read"),
     ("splat_run", "Run"), ("splat_run_next", "Run::next"), ("splat_scene", "Scene"), ("splat_tensor", "Tensor"),
     ("splat_tensor_map", "Tensor::map"), ("splat_tensor_unmap", "Mapping::unmap"), ("splat_trainer", "Trainer"),
-    ("splat_training_open", "Training::open"), ("splat_weights", "Weights"), ("value_count", "values.len()"),
-    ("view_range_count", "view_ranges.len()"), ("weight_count", "weights.len()"),
+    ("splat_training_open", "Training::open"), ("splat_weights", "Weights"), ("triangle_count", "triangles.len()"),
+    ("value_count", "values.len()"), ("vertex_count", "vertices.len()"), ("view_range_count", "view_ranges.len()"),
+    ("weight_count", "weights.len()"),
 ];
 
 #[cfg(test)]
@@ -1263,5 +1288,6 @@ mod tests {
         <crate::Evaluator as NotSync<_>>::told();
         send_and_sync::<crate::Comparison>();
         send_and_sync::<crate::PriorModel>();
+        send_and_sync::<crate::Mesh>();
     }
 }
