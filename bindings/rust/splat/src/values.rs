@@ -1081,6 +1081,23 @@ output! {
     }
 }
 
+output! {
+    /// What a mesh is.
+    MeshInfo = splat_mesh_info(raw) {
+        /** materials, 0: all is white */ materials: u32 = raw.materials,
+        /** textures of the materials */ textures: u32 = raw.textures,
+        /** vertices */ vertices: u64 = raw.vertices,
+        /** triangles; polygons of a file count as fans */ triangles: u64 = raw.triangles,
+        /** texels of all textures */ texels: u64 = raw.texels,
+        /** lower corner of the box of the triangles, the mesh's units */ low: [f64; 3] = raw.low,
+        /** upper corner of that box */ high: [f64; 3] = raw.high,
+        /** sum over the triangles, square units */ area: f64 = raw.area,
+        /** triangles without area, which are never drawn */ zero_area: u64 = raw.zero_area,
+        /** vertices that no triangle names */ unused: u64 = raw.unused,
+        /** bytes of device memory that drawing 128 x 128 pixels takes, about */ device_bytes: u64 = raw.device_bytes,
+    }
+}
+
 input! {
     /// How a scene is read or written; 0 is the default.
     SceneFileDesc(own) = splat_scene_file_desc {
@@ -1150,6 +1167,29 @@ input! {
         /** 0 = `Convention::CONVENTION_3DGS` */ convention: Convention = own.convention.0,
         /** RGB, as in the images: sRGB where colours are linear */ background: [f32; 3] = own.background,
         /** true: flags alone decide, not drawn_as; false: both */ as_given: bool = u32::from(own.as_given),
+    }
+}
+
+input! {
+    /// Options of reading; 0 is the default.
+    MeshFileDesc(own) = splat_mesh_file_desc {
+        /** `MeshFlags::LENIENT` */ flags: MeshFlags = own.flags.0,
+        /** refuse files with more; 0 = 10^8 */ max_triangles: u64 = own.max_triangles,
+        /** refuse files with more in all textures; 0 = 2^27 */ max_texels: u64 = own.max_texels,
+    }
+}
+
+input! {
+    /// How a mesh is drawn; 0 is the default.
+    MeshRenderDesc(own) = splat_mesh_render_desc {
+        /** `MeshFlags::UNLIT` */ flags: MeshFlags = own.flags.0,
+        /** samples of a pixel's side: 1, 2, 4 or 8; 0 = 4 */ samples: u32 = own.samples,
+        /** RGB, sRGB, 0 to 1 */ background: [f32; 3] = own.background,
+        /// where the sky is, in the mesh's axes; all 0 = 0, 0, 1. The main light comes from 45 degrees above the
+        /// horizon
+        up: [f64; 3] = own.up,
+        /// nearer points are not there, the mesh's units; 0 = 10^-3 of the box's diagonal
+        near_plane: f64 = own.near_plane,
     }
 }
 
