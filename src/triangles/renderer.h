@@ -29,11 +29,11 @@ struct Wanted {
 ///                 where nothing is. It is interpolated from the normals of the file; without those the face's
 struct Images {
     std::uint32_t views = 0, width = 0, height = 0;
-    std::vector<float> color;   ///< 3 channels
-    std::vector<float> alpha;   ///< 1
-    std::vector<float> depth;   ///< 1
-    std::vector<float> normal;  ///< 3
-    std::vector<float> albedo;  ///< 3, the base colour without light
+    std::vector<float> color = {};   ///< 3 channels
+    std::vector<float> alpha = {};   ///< 1
+    std::vector<float> depth = {};   ///< 1
+    std::vector<float> normal = {};  ///< 3
+    std::vector<float> albedo = {};  ///< 3, the base colour without light
 };
 
 struct RenderDesc {
