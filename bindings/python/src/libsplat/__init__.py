@@ -27,13 +27,12 @@ from .device import Device, default_device, describe, devices
 from .evaluator import Comparison, EvaluatedViews, Evaluator, Lpips
 from .image import Image, animation_to_bytes, compare_images, save_animation
 from .log import set_decode_limits, set_log
-from .mesh import Mesh
 from .model import Model, Port
 from .module import Module, Op, operators
 from .optimizer import Group, Optimizer
 from .picture import Picture, cut_picture
 from .predictor import Prediction, Predictor
-from .priors import (PriorModel, compare_depth, compare_fidelity, compare_masks, compare_normals,
+from .priors import (Mesh, PriorModel, compare_depth, compare_fidelity, compare_masks, compare_normals,
                      depth_points, filter_map, mesh_points, normals_from_depth, picture_mask,
                      prior_preset, prior_preset_text, prior_presets)
 from .rasterizer import RasterState, Rasterizer, render

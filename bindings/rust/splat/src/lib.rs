@@ -32,7 +32,6 @@ pub mod image;
 mod interop;
 mod load;
 pub mod log;
-mod mesh;
 mod model;
 mod module;
 mod numbers;
@@ -65,7 +64,6 @@ mod types {
     pub use crate::evaluator::{EvaluatedViews, Evaluator, EvaluatorDesc};
     pub use crate::image::{Image, ImageView, ImageViewMut, Lpips};
     pub use crate::load::DecodeLimits;
-    pub use crate::mesh::{Mesh, MeshDesc, MeshMaps};
     pub use crate::model::{Model, ModelDesc, ModelGradients, ModelInput};
     pub use crate::module::{Module, ModuleDesc};
     pub use crate::numbers::UnknownCode;
@@ -79,6 +77,7 @@ mod types {
         Fit, FitDesc, Interrupter, Ranks, RanksResult, Run, RunEvent, Scoring, Training,
         TrainingDesc,
     };
+    pub use crate::scene::mesh::{Mesh, MeshDesc, MeshMaps};
     pub use crate::scene::{Scene, SceneDesc};
     pub use crate::tables::{ExportDesc, ImportDesc, Progress};
     pub use crate::tensor::{Element, ExternalMemory, Mapping, MappingMut, Tensor, TensorDesc};
