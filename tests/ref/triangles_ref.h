@@ -94,7 +94,7 @@ inline RefSample cast(const std::vector<RefTriangle>& mesh, const TriangleCamera
     for (std::size_t i = 0; i < mesh.size(); ++i) {
         std::array<Vec, 3> p{};
         for (std::size_t k = 0; k < 3; ++k) p[k] = camera.placed(mesh[i].corners[k]);
-        std::array<double, 3> sides{}, pixels{};  // those of the corners across; distances to them
+        std::array<double, 3> sides{}, pixels{};  // volumes across the corners; distances to those edges
         double sum = 0;
         for (std::size_t k = 0; k < 3; ++k) {
             const Vec plane = cross_of(p[(k + 1) % 3], p[(k + 2) % 3]);
