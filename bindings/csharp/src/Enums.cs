@@ -575,6 +575,28 @@ namespace Splat
         /** <summary>transforms.json, else transforms_train.json and its like</summary> */ Transforms = 2,
     }
 
+    /// <summary>How a mesh's file is read, what its one material is, how it is drawn.</summary>
+    [Flags]
+    public enum MeshFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /// <summary>leave out textures and materials that cannot be read, with a warning, instead of refusing the
+        /// file</summary>
+        Lenient = 1,
+        /// <summary><c>Mesh.Create</c>: only the side is drawn on which the corners turn counterclockwise</summary>
+        SingleSided = 2,
+        /** <summary><c>Mesh.Render</c>: color is the base colour, as albedo</summary> */ Unlit = 4,
+    }
+
+    /// <summary>How large a mesh is made. All but the first put the centre of its box into the origin.</summary>
+    public enum MeshSize : int
+    {
+        /** <summary>nothing changes</summary> */ AsGiven = 0,
+        /** <summary>the longest side of the box is 1</summary> */ UnitCube = 1,
+        /** <summary>the diagonal of the box is 1, as in ShapeNet</summary> */ UnitDiagonal = 2,
+        /** <summary>the farthest vertex is at distance 1</summary> */ UnitSphere = 3,
+    }
+
     /// <summary>What the numbers of a model's maps are.</summary>
     [Flags]
     public enum PriorModelFlags : uint
@@ -657,13 +679,16 @@ namespace Splat
                 { "SPLAT_IMAGE_GIF", "ImageFormat.Gif" }, { "SPLAT_IMAGE_NPY", "ImageFormat.Npy" },
                 { "SPLAT_IMAGE_PNG", "ImageFormat.Png" }, { "SPLAT_IMAGE_PNG16", "ImageFormat.Png16" },
                 { "SPLAT_IMAGE_WEBP", "ImageFormat.Webp" }, { "SPLAT_LOAD_ADAPTERS", "LoadFlags.Adapters" },
-                { "SPLAT_MAP_FILTER_", "MapFilter" }, { "SPLAT_MODEL_GRADIENTS", "ModelFlags.Gradients" },
+                { "SPLAT_MAP_FILTER_", "MapFilter" }, { "SPLAT_MESH_AS_GIVEN", "MeshSize.AsGiven" },
+                { "SPLAT_MESH_UNIT_SPHERE", "MeshSize.UnitSphere" },
+                { "SPLAT_MODEL_GRADIENTS", "ModelFlags.Gradients" },
                 { "SPLAT_MODEL_INPUT_GRADIENTS", "ModelFlags.InputGradients" },
                 { "SPLAT_MODEL_RECOMPUTE", "ModelFlags.Recompute" },
                 { "SPLAT_MODULE_GRADIENTS", "ModuleFlags.Gradients" },
                 { "SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags.InputGradients" },
                 { "SPLAT_PASS_TENSORS", "PassFlags.Tensors" }, { "SPLAT_PICTURE_WHOLE", "PictureFlags.Whole" },
-                { "SPLAT_PIXEL_", "pixel" }, { "SPLAT_PORT_KIND_", "PortKind" },
+                { "SPLAT_PIXEL_", "pixel" }, { "SPLAT_PIXEL_F16", "Pixel.F16" }, { "SPLAT_PIXEL_F32", "Pixel.F32" },
+                { "SPLAT_PIXEL_U8", "Pixel.U8" }, { "SPLAT_PORT_KIND_", "PortKind" },
                 { "SPLAT_RASTERIZER_ANTIALIASED", "RasterizerFlags.Antialiased" },
                 { "SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags.Backward" },
                 { "SPLAT_RASTERIZER_CONTRIBUTIONS", "RasterizerFlags.Contributions" },
@@ -696,7 +721,7 @@ namespace Splat
                 { "splat_evaluator", "Evaluator" }, { "splat_evaluator_score", "Evaluator.Score" },
                 { "splat_evaluator_score_images", "Evaluator.ScoreImages" }, { "splat_fit_open", "Fit" },
                 { "splat_fit_score", "Scoring" }, { "splat_lpips", "Lpips" }, { "splat_lpips_desc", "Lpips" },
-                { "splat_model", "Model" }, { "splat_model_backward", "Model.Backward" },
+                { "splat_mesh", "Mesh" }, { "splat_model", "Model" }, { "splat_model_backward", "Model.Backward" },
                 { "splat_model_forward", "Model.Forward" }, { "splat_model_load", "Model.Load" },
                 { "splat_model_ports", "Model.Ports" }, { "splat_module", "Module" },
                 { "splat_normals_desc", "normals" }, { "splat_op", "Op" }, { "splat_optimizer", "Optimizer" },
@@ -708,7 +733,8 @@ namespace Splat
                 { "splat_tensor_map", "Tensor.Map" }, { "splat_tensor_unmap", "Tensor.Map" },
                 { "splat_trainer", "Trainer" }, { "splat_training_open", "Training" },
                 { "splat_weights", "Weights" }, { "timeout_ns", "DeviceOptions.Timeout" },
-                { "value_count", "the number of values" }, { "view_range_count", "the number of view_ranges" },
+                { "triangle_count", "the number of triangles" }, { "value_count", "the number of values" },
+                { "vertex_count", "the number of vertices" }, { "view_range_count", "the number of view_ranges" },
                 { "weight_count", "the number of weights" },
             };
     }

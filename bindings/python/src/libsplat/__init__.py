@@ -32,7 +32,7 @@ from .module import Module, Op, operators
 from .optimizer import Group, Optimizer
 from .picture import Picture, cut_picture
 from .predictor import Prediction, Predictor
-from .priors import (PriorModel, compare_depth, compare_fidelity, compare_masks, compare_normals,
+from .priors import (Mesh, PriorModel, compare_depth, compare_fidelity, compare_masks, compare_normals,
                      depth_points, filter_map, mesh_points, normals_from_depth, picture_mask,
                      prior_preset, prior_preset_text, prior_presets)
 from .rasterizer import RasterState, Rasterizer, render
@@ -48,7 +48,7 @@ __all__ = [
     "Access", "Batch", "Batches", "Camera", "Cancelled", "Comparison", "Convention", "CudaArray", "Dataset",
     "Device", "DeviceKind", "DeviceLost", "DrawnFlags", "Dtype", "Error", "EvaluatedViews", "Evaluator", "Event",
     "ExternalMemory", "Fit", "FormatError", "Found", "Frame", "Group", "Image", "InternalError", "InvalidArgument",
-    "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Metric",
+    "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Mesh", "Metric",
     "MissingName", "Model", "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
     "OutOfMemory", "Output", "Picture", "Pixel", "Port", "Precision", "Prediction", "Predictor",
     "PriorModel", "Ranks", "RasterState", "Rasterizer", "Result", "Run", "RunEventKind", "Scene",

@@ -77,6 +77,7 @@ mod types {
         Fit, FitDesc, Interrupter, Ranks, RanksResult, Run, RunEvent, Scoring, Training,
         TrainingDesc,
     };
+    pub use crate::scene::mesh::{Mesh, MeshDesc, MeshMaps};
     pub use crate::scene::{Scene, SceneDesc};
     pub use crate::tables::{ExportDesc, ImportDesc, Progress};
     pub use crate::tensor::{Element, ExternalMemory, Mapping, MappingMut, Tensor, TensorDesc};
