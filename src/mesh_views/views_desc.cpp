@@ -80,6 +80,8 @@ Status check_desc(const ViewsDesc& desc) {
     for (const std::uint32_t views : {desc.train_views, desc.test_views})
         if (views < 1 || views > 100000)
             return invalid("%u views of an object, expected 1 to 100000", views);
+    if (desc.samples != 1 && desc.samples != 2 && desc.samples != 4 && desc.samples != 8)
+        return invalid("samples is %u, expected 1, 2, 4 or 8", desc.samples);
     if (desc.points > kMostPoints)
         return invalid("%u points, expected at most %u", desc.points, kMostPoints);
     SPLAT_TRY(check_range("distance", desc.distance, 1e-6, kMostDistance));

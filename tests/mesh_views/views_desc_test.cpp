@@ -127,6 +127,7 @@ TEST(ViewsDesc, FieldsOutOfTheirRangesAreRefused) {
     refused([](ViewsDesc& d) { d.size = 2049; }, Code::kUnsupported, "2049");
     refused([](ViewsDesc& d) { d.train_views = 0; }, kInvalid, "0 views");
     refused([](ViewsDesc& d) { d.test_views = 100001; }, kInvalid, "100001 views");
+    refused([](ViewsDesc& d) { d.samples = 3; }, kInvalid, "samples is 3");
     refused([](ViewsDesc& d) { d.points = 10000001; }, kInvalid, "10000001 points");
     refused([](ViewsDesc& d) { d.distance = 0; }, kInvalid, "distance is 0");
     refused([](ViewsDesc& d) { d.fov_x = 4; }, kInvalid, "fov_x is 4");
