@@ -1,0 +1,182 @@
+/* libsplat: meshes of triangles, read from files and drawn with exact maps.
+ *
+ * A mesh from one camera as a picture and its depth:
+ *
+ *   splat_mesh mesh;
+ *   splat_mesh_maps maps = {.color = picture, .depth = depth};
+ *   splat_mesh_load("chair.glb", NULL, &mesh);
+ *   splat_mesh_normalise(mesh, SPLAT_MESH_UNIT_CUBE);
+ *   splat_mesh_render(mesh, device, &camera, 1, NULL, &maps); */
+#ifndef SPLAT_MESH_H
+#define SPLAT_MESH_H
+
+#include "scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A surface of triangles in host memory, in the units and axes of its file. Thread-safe. */
+
+/* How a mesh's file is read, and what its one material is. */
+enum {
+    /* leave out textures and materials that cannot be read, with a warning, instead of refusing the file */
+    SPLAT_MESH_LENIENT = 1u << 0,
+    /* of splat_mesh_create: only the side is drawn on which the corners turn counterclockwise */
+    SPLAT_MESH_SINGLE_SIDED = 1u << 1
+};
+
+/* Options of reading; 0 is the default. */
+typedef struct splat_mesh_file_desc {
+    uint32_t struct_size;
+    uint32_t flags;         /* SPLAT_MESH_LENIENT */
+    const void* next;       /* NULL */
+    uint64_t max_triangles; /* refuse files with more; 0 = 10^8 */
+    uint64_t max_texels;    /* refuse files with more in all textures; 0 = 2^27 */
+} splat_mesh_file_desc;
+
+/* Read a mesh from a .obj file with the materials and textures that it names, or from a .glb or .gltf file:
+ * its default scene, with base colours, their textures and colours of vertices. The decode limits of core.h
+ * hold.
+ * desc      may be NULL for defaults
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file, or one that it names, is not there, cannot be read
+ *   SPLAT_ERROR_FORMAT                a damaged file, a mesh without faces; the message names the place
+ *   SPLAT_ERROR_UNSUPPORTED           another extension, compressed meshes, more than the limits */
+SPLAT_API splat_result splat_mesh_load(const char* path, const splat_mesh_file_desc* desc,
+                                       splat_mesh* mesh);
+
+/* A mesh of arrays, which are copied. Counts are of elements: 3 for each vertex and each triangle. */
+typedef struct splat_mesh_desc {
+    uint32_t struct_size;
+    uint32_t flags;            /* SPLAT_MESH_SINGLE_SIDED */
+    const void* next;          /* NULL */
+    const double* vertices;    /* x, y, z of each */
+    uint64_t vertex_count;
+    const uint32_t* triangles; /* three numbers of vertices of each */
+    uint64_t triangle_count;
+    const float* normals;      /* of each vertex, any lengths; NULL: those of the faces */
+    uint64_t normal_count;
+    const float* texcoords;    /* u, v of each vertex, v from the top down; NULL: no texture */
+    uint64_t texcoord_count;
+    const float* colors;       /* RGBA of each vertex, linear, 0 to 1; NULL: white */
+    uint64_t color_count;
+    const uint8_t* texture;    /* sRGB and opacity, 4 bytes a texel, rows from the top, repeated; NULL: none */
+    uint64_t texture_count;    /* 4 texture_width texture_height */
+    uint32_t texture_width;    /* texels, at most 16384 */
+    uint32_t texture_height;   /* texels, at most 16384 */
+    float base_color[4];       /* linear RGB and opacity, which multiply all others; all 0 = 1, 1, 1, 1 */
+} splat_mesh_desc;
+
+/* Create a mesh. Points of an opacity below 1/2 are not there.
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, counts that do not fit together, no triangles, a vertex that is not
+ *                                     finite, a triangle of no vertex; the message names the first */
+SPLAT_API splat_result splat_mesh_create(const splat_mesh_desc* desc, splat_mesh* mesh);
+
+/* Tell what was left out of a mesh's file. JSON: {"warnings": [sentences]}.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_mesh_load_report(splat_mesh mesh, char* buffer, size_t capacity,
+                                              size_t* needed);
+
+/* What a mesh is. */
+typedef struct splat_mesh_info {
+    uint32_t struct_size;
+    uint32_t materials;  /* materials, 0: all is white */
+    uint32_t textures;   /* textures of the materials */
+    uint32_t reserved;   /* 0 */
+    uint64_t vertices;   /* vertices */
+    uint64_t triangles;  /* triangles; polygons of a file count as fans */
+    uint64_t texels;     /* texels of all textures */
+    double low[3];       /* lower corner of the box of the triangles, the mesh's units */
+    double high[3];      /* upper corner of that box */
+    double area;         /* sum over the triangles, square units */
+    uint64_t zero_area;  /* triangles without area, which are never drawn */
+    uint64_t unused;     /* vertices that no triangle names */
+    uint64_t device_bytes; /* bytes of device memory that drawing 128 x 128 pixels takes, about */
+} splat_mesh_info;
+
+/* Measure a mesh.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY. */
+SPLAT_API splat_result splat_mesh_get_info(splat_mesh mesh, splat_mesh_info* info);
+
+/* How large a mesh is made. All but the first put the centre of its box into the origin. */
+typedef int32_t splat_mesh_size;
+enum {
+    SPLAT_MESH_AS_GIVEN = 0,      /* nothing changes */
+    SPLAT_MESH_UNIT_CUBE = 1,     /* the longest side of the box is 1 */
+    SPLAT_MESH_UNIT_DIAGONAL = 2, /* the diagonal of the box is 1, as in ShapeNet */
+    SPLAT_MESH_UNIT_SPHERE = 3    /* the farthest vertex is at distance 1 */
+};
+
+/* Move and scale a mesh.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      size, or a mesh whose extent is 0 or not finite; it stays as it was */
+SPLAT_API splat_result splat_mesh_normalise(splat_mesh mesh, splat_mesh_size size);
+
+/* Points on a mesh's surface, uniform by area, as splat_points_from_mesh makes them of a file.
+ * seed      decides the points, each by its place: more points start with the same ones
+ * points    out, x, y, z of each, the mesh's units and axes
+ * count     numbers of `points`: 3 for each point
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_ERROR_INVALID_ARGUMENT (NULL, a count that 3 does not divide, a mesh without area). */
+SPLAT_API splat_result splat_mesh_sample(splat_mesh mesh, uint64_t seed, float* points,
+                                         uint64_t count);
+
+/* Options of drawing. */
+enum {
+    SPLAT_MESH_UNLIT = 1u << 0 /* color is the base colour, as albedo */
+};
+
+/* How a mesh is drawn; 0 is the default. */
+typedef struct splat_mesh_render_desc {
+    uint32_t struct_size;
+    uint32_t flags;      /* SPLAT_MESH_UNLIT */
+    const void* next;    /* NULL */
+    uint32_t samples;    /* samples of a pixel's side: 1, 2, 4 or 8; 0 = 4 */
+    float background[3]; /* RGB, sRGB, 0 to 1 */
+    double up[3];        /* where the sky is, in the mesh's axes; all 0 = 0, 0, 1. The main light comes from 45
+                          * degrees above the horizon */
+    double near_plane;   /* nearer points are not there, the mesh's units; 0 = 10^-3 of the box's diagonal */
+} splat_mesh_render_desc;
+
+/* Where the maps of a view go; all of the camera's size. Frozen. Those without pixels are not wanted.
+ * Colours are sRGB, the mean over a pixel's samples in linear light; depth and normals are those of the pixel's
+ * centre. */
+typedef struct splat_mesh_maps {
+    splat_image color;  /* RGB over the background, or with alpha as the fourth channel */
+    splat_image albedo; /* the base colour without light, in the same way */
+    splat_image mask;   /* 1 channel; share of the pixel's samples that see the mesh */
+    splat_image depth;  /* 1 channel, F16 or F32; along the camera's axis, the mesh's units; 0: nothing */
+    splat_image normal; /* 3 channels, F16 or F32; of length 1 in the camera's axes, on the side that is seen;
+                         * 0: nothing */
+} splat_mesh_maps;
+
+/* Draw views of a mesh. Light: linear base colours times 0.35 + 0.25 (1 + n.up) / 2 + 0.4 max(0, n.l), with l 45
+ * degrees above the horizon and n on the side that is seen. Neighbours leave no hole and share no sample. Of a
+ * material that blends, as many of a pixel's samples are there as its opacity says. A call takes the mesh to the
+ * device: many cameras in one call are faster.
+ * cameras   `count`, each of its own size; may be NULL for 0
+ * desc      NULL: defaults
+ * maps      out, `count`; untouched after an error of an argument, after others some may be filled
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+ *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_CANCELLED, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a camera, an image, no map
+ *   SPLAT_ERROR_SHAPE_MISMATCH        a map of another size or other channels
+ *   SPLAT_ERROR_UNSUPPORTED           a mesh that is too large for the device's bindings */
+SPLAT_API splat_result splat_mesh_render(splat_mesh mesh, splat_device device,
+                                         const splat_camera* cameras, uint32_t count,
+                                         const splat_mesh_render_desc* desc,
+                                         const splat_mesh_maps* maps);
+
+/* Destroy a mesh.
+ * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+SPLAT_API splat_result splat_mesh_destroy(splat_mesh mesh);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SPLAT_MESH_H */
