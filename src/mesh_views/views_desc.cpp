@@ -17,6 +17,7 @@ constexpr double kFocalSize = 128;
 constexpr double kTop = 0.9999;  ///< "up" is undefined at the poles
 constexpr double kMostDistance = 1e6;
 constexpr std::uint32_t kMostPoints = 10'000'000;
+constexpr std::size_t kMostWords = 1000;  ///< bytes
 
 constexpr const char* kProtocols[] = {"sphere", "hemisphere", "orbit"};
 constexpr const char* kBackgrounds[] = {"white", "black", "gray", "plain", "gradient"};
@@ -73,6 +74,9 @@ Status check_desc(const ViewsDesc& desc) {
     if (desc.path.empty()) return invalid("path is empty, expected a folder");
     SPLAT_TRY(check_name("category", desc.category));
     SPLAT_TRY(check_name("name", desc.name));
+    if (desc.prepared.size() > kMostWords)
+        return invalid("prepared has %zu bytes, expected at most %zu", desc.prepared.size(),
+                       kMostWords);
     if (desc.split != "train" && desc.split != "val" && desc.split != "test")
         return invalid("split is '%s', expected train, val or test", desc.split.c_str());
     if (desc.size < 8) return invalid("size is %u, expected 8 to 2048", desc.size);

@@ -122,6 +122,7 @@ TEST(ViewsDesc, FieldsOutOfTheirRangesAreRefused) {
     refused([](ViewsDesc& d) { d.name = "a/b"; }, kInvalid, "'a%2Fb'");
     refused([](ViewsDesc& d) { d.name = ""; }, kInvalid, "name is ''");
     refused([](ViewsDesc& d) { d.category = ".."; }, kInvalid, "category is '..'");
+    refused([](ViewsDesc& d) { d.prepared.assign(1001, 'x'); }, kInvalid, "1001 bytes");
     refused([](ViewsDesc& d) { d.split = "all"; }, kInvalid, "'all'");
     refused([](ViewsDesc& d) { d.size = 7; }, kInvalid, "size is 7");
     refused([](ViewsDesc& d) { d.size = 2049; }, Code::kUnsupported, "2049");
