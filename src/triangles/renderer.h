@@ -3,12 +3,10 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "scene/camera.h"
-#include "scene/triangle_mesh.h"
-#include "vk/context.h"
+#include "triangles/mesh_on_device.h"
 
 namespace splat::triangles {
 
@@ -39,29 +37,13 @@ struct Images {
 };
 
 struct RenderDesc {
-    std::uint32_t samples = 4;                   ///< a side of a pixel: 1, 2, 4 or 8
-    std::array<float, 3> background{1, 1, 1};    ///< sRGB, 0 to 1
-    std::array<double, 3> up{0, 0, 1};           ///< of the light: where the sky is, in the mesh's axes
-    double near_plane = 0;                       ///< nearer points are not there; 0: 10^-3 of the box's diagonal
-    bool light = true;                           ///< false: color is albedo
-    std::uint32_t most_triangles = 1U << 22U;    ///< tests: drawn at once
-    std::uint64_t most_samples = 1ULL << 23U;    ///< tests: of the image's band that is drawn at once
-};
-
-/// A mesh in the memory of a device.
-class MeshOnDevice {
-  public:
-    /// Errors: those of scene::check_mesh(), for what is out of float32's range, and of Memory::allocate();
-    /// kUnsupported for a mesh with an array that the device does not bind.
-    static Result<MeshOnDevice> upload(vk::Context& context, const scene::TriangleMesh& mesh);
-
-    /// What was left out so that the textures fit, as a sentence; "": nothing.
-    [[nodiscard]] const std::string& note() const { return note_; }
-
-  private:
-    friend class Renderer;
-    MeshOnDevice() = default;
-    std::string note_;
+    std::uint32_t samples = 4;                 ///< a side of a pixel: 1, 2, 4 or 8
+    std::array<float, 3> background{1, 1, 1};  ///< sRGB, 0 to 1
+    std::array<double, 3> up{0, 0, 1};  ///< of the light: where the sky is, in the mesh's axes
+    double near_plane = 0;  ///< nearer points are not there; 0: 10^-3 of the box's diagonal
+    bool light = true;      ///< false: color is albedo
+    std::uint32_t most_triangles = 1U << 22U;  ///< tests: drawn at once
+    std::uint64_t most_samples = 1ULL << 23U;  ///< tests: of the image's band that is drawn at once
 };
 
 /// Draw views of a mesh. All cameras have one size.
@@ -76,7 +58,7 @@ class MeshOnDevice {
 /// Precision    depth and normal 10^-5 relative, where faces are seen less than 80 degrees from the front
 /// Determinism  bit-exact, also over RenderDesc's limits for tests
 /// Source       Olano and Greer 1997, doi:10.1145/258694.258723 (triangles without clipping)
-Result<Images> render(vk::Context& context, MeshOnDevice& mesh,
+Result<Images> render(vk::Context& context, const MeshOnDevice& mesh,
                       std::span<const scene::Camera> cameras, const RenderDesc& desc,
                       const Wanted& wanted);
 

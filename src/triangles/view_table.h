@@ -1,0 +1,19 @@
+#pragma once
+
+#include <array>
+
+#include "params/triangle_params.h"
+#include "triangles/renderer.h"
+
+namespace splat::triangles {
+
+/// What the kernels read of a view.
+struct ViewTable {
+    std::array<float, std::size_t{4} * params::kViewQuads> quads{};
+    double depth_unit = 1;  ///< of a depth in samples, in the mesh's units
+};
+
+/// Corners become whole numbers of as many bits as the edge functions of an image of this size leave within 64 bits.
+ViewTable view_table(const MeshOnDevice& mesh, const scene::Camera& camera, const RenderDesc& desc);
+
+}  // namespace splat::triangles
