@@ -2,6 +2,7 @@
 
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "core/log.h"
 #include "mesh_views/object_writer.h"
 #include "triangles/renderer.h"
 
@@ -53,10 +54,8 @@ Result<ViewsDesc> desc_of(const splat_mesh_views_desc* desc) {
     value.normal = (desc->flags & SPLAT_MESH_VIEWS_NORMAL) != 0;
     value.mask = (desc->flags & SPLAT_MESH_VIEWS_MASK) != 0;
     value.albedo = (desc->flags & SPLAT_MESH_VIEWS_ALBEDO) != 0;
-    value.up = (desc->flags & SPLAT_MESH_VIEWS_Y_UP) != 0 ? mesh_views::Up::kY
-                                                          : mesh_views::Up::kZ;
-    SPLAT_ASSIGN(value.protocol,
-                 enum_of("protocol", desc->protocol, mesh_views::Protocol::kOrbit));
+    value.up = (desc->flags & SPLAT_MESH_VIEWS_Y_UP) != 0 ? mesh_views::Up::kY : mesh_views::Up::kZ;
+    SPLAT_ASSIGN(value.protocol, enum_of("protocol", desc->protocol, mesh_views::Protocol::kOrbit));
     SPLAT_ASSIGN(value.background,
                  enum_of("background", desc->background, mesh_views::Background::kGradient));
     return value;
@@ -75,6 +74,25 @@ std::vector<mesh_views::Drawn> views_of(const triangles::Images& images) {
     return views;
 }
 
+/// Takes a mesh to the device, and draws it there. The context's mutex is held.
+Result<mesh_views::Draw> drawer_of(vk::Context& context, const scene::TriangleMesh& mesh,
+                                   const ViewsDesc& desc) {
+    SPLAT_ASSIGN(triangles::MeshOnDevice uploaded, triangles::upload(context, mesh));
+    if (!uploaded.note.empty())
+        log(LogLevel::kWarning, format("'%s': %s", desc.name.c_str(), uploaded.note.c_str()));
+    triangles::RenderDesc render{.samples = desc.samples, .background = {0, 0, 0}};
+    if (desc.up == mesh_views::Up::kY) render.up = {0, 1, 0};
+    const triangles::Wanted wanted{
+        .depth = desc.depth, .normal = desc.normal, .albedo = desc.albedo};
+    const auto on_device = std::make_shared<triangles::MeshOnDevice>(std::move(uploaded));
+    return mesh_views::Draw([&context, on_device, render,
+                             wanted](auto cameras) -> Result<std::vector<mesh_views::Drawn>> {
+        SPLAT_ASSIGN(const triangles::Images images,
+                     triangles::render(context, *on_device, cameras, render, wanted));
+        return views_of(images);
+    });
+}
+
 }  // namespace
 
 splat_result splat_mesh_find_views(const splat_mesh_views_desc* desc, int32_t* found) {
@@ -84,5 +102,22 @@ splat_result splat_mesh_find_views(const splat_mesh_views_desc* desc, int32_t* f
         SPLAT_ASSIGN(const bool is_there, mesh_views::has_object(value));
         *found = is_there ? 1 : 0;
         return {};
+    });
+}
+
+splat_result splat_mesh_write_views(splat_mesh mesh, splat_device device,
+                                    const splat_mesh_views_desc* desc) {
+    return api::with(mesh, [&](const auto& object) -> Status {
+        SPLAT_ASSIGN(const auto owner, api::find(device));
+        SPLAT_ASSIGN(const ViewsDesc value, desc_of(desc));
+        SPLAT_ASSIGN(const bool is_there, mesh_views::has_object(value));
+        if (is_there) return {};
+        // The mesh's mutex is locked after the device's, so both are held while files are written.
+        return owner->context->mutex.call([&]() -> Status {
+            const std::shared_lock lock(object->mutex);
+            SPLAT_ASSIGN(const mesh_views::Draw draw,
+                         drawer_of(*owner->context, object->mesh, value));
+            return mesh_views::write_object(value, object->mesh, draw);
+        });
     });
 }
