@@ -4,6 +4,7 @@
  *   splat/core.h    conventions; version, results, log, images in memory, devices, tensors
  *   splat/scene.h   scenes and cameras
  *   splat/render.h  rasterizer, image files, scores of images
+ *   splat/mesh.h    meshes of triangles, drawn with exact maps
  *   splat/model.h   weights, operators, networks
  *   splat/predict.h pictures of an object to a scene
  *   splat/priors.h  depth maps, normals and masks: made of pictures, judged
@@ -27,6 +28,7 @@
 #include "splat/external.h"
 #include "splat/fit.h"
 #include "splat/group.h"
+#include "splat/mesh.h"
 #include "splat/model.h"
 #include "splat/predict.h"
 #include "splat/priors.h"

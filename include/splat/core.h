@@ -214,6 +214,7 @@ typedef struct splat_lpips_s* splat_lpips;
 typedef struct splat_evaluator_s* splat_evaluator;
 typedef struct splat_comparison_s* splat_comparison;
 typedef struct splat_prior_model_s* splat_prior_model;
+typedef struct splat_mesh_s* splat_mesh;
 
 /* ---- Images in memory ------------------------------------------------------------------------ */
 

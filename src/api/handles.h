@@ -47,7 +47,8 @@ struct Handles {
     X(Lpipses, LpipsObject, splat_lpips, lpips)                    \
     X(Evaluators, EvaluatorObject, splat_evaluator, evaluator)     \
     X(Comparisons, ComparisonObject, splat_comparison, comparison) \
-    X(PriorModels, PriorModelObject, splat_prior_model, model)
+    X(PriorModels, PriorModelObject, splat_prior_model, model)     \
+    X(Meshes, MeshObject, splat_mesh, mesh)
 
 /// The kind of a type of handles, with kArgument.
 template <class Handle>

@@ -82,17 +82,7 @@ Plan plan_of(std::uint32_t width, std::uint32_t height, std::uint32_t triangles,
     return plan;
 }
 
-Status check(std::span<const scene::Camera> cameras, const RenderDesc& desc) {
-    if (desc.samples != 1 && desc.samples != 2 && desc.samples != 4 && desc.samples != 8)
-        return invalid("samples is %u, expected 1, 2, 4 or 8", desc.samples);
-    for (const float value : desc.background)
-        if (!(value >= 0 && value <= 1))
-            return invalid("the background has %g, expected 0 to 1", static_cast<double>(value));
-    const scene::Vec3 up(desc.up[0], desc.up[1], desc.up[2]);
-    if (!(glm::length(up) > 0) || !std::isfinite(glm::length(up)))
-        return invalid("up is %g, %g, %g, expected a direction", up.x, up.y, up.z);
-    if (!(desc.near_plane >= 0) || !std::isfinite(desc.near_plane))
-        return invalid("near_plane is %g, expected 0 or more", desc.near_plane);
+Status check_cameras(std::span<const scene::Camera> cameras) {
     for (const scene::Camera& camera : cameras) {
         SPLAT_TRY(scene::check_camera(camera));
         if (camera.width != cameras[0].width || camera.height != cameras[0].height)
@@ -343,10 +333,25 @@ Status Renderer::draw(const scene::Camera& camera, std::uint32_t view, Images& i
 
 }  // namespace
 
+Status check_desc(const RenderDesc& desc) {
+    if (desc.samples != 1 && desc.samples != 2 && desc.samples != 4 && desc.samples != 8)
+        return invalid("samples is %u, expected 1, 2, 4 or 8", desc.samples);
+    for (const float value : desc.background)
+        if (!(value >= 0 && value <= 1))
+            return invalid("the background has %g, expected 0 to 1", static_cast<double>(value));
+    const scene::Vec3 up(desc.up[0], desc.up[1], desc.up[2]);
+    if (!(glm::length(up) > 0) || !std::isfinite(glm::length(up)))
+        return invalid("up is %g, %g, %g, expected a direction", up.x, up.y, up.z);
+    if (!(desc.near_plane >= 0) || !std::isfinite(desc.near_plane))
+        return invalid("near_plane is %g, expected 0 or more", desc.near_plane);
+    return {};
+}
+
 Result<Images> render(vk::Context& context, const MeshOnDevice& mesh,
                       std::span<const scene::Camera> cameras, const RenderDesc& desc,
                       const Wanted& wanted) {
-    SPLAT_TRY(check(cameras, desc));
+    SPLAT_TRY(check_desc(desc));
+    SPLAT_TRY(check_cameras(cameras));
     Images images{.views = static_cast<std::uint32_t>(cameras.size())};
     if (cameras.empty()) return images;
     images.width = cameras[0].width;

@@ -46,6 +46,9 @@ struct RenderDesc {
     std::uint64_t most_samples = 1ULL << 23U;  ///< tests: of the image's band that is drawn at once
 };
 
+/// Errors: kInvalidArgument, naming the field.
+Status check_desc(const RenderDesc& desc);
+
 /// Draw views of a mesh. All cameras have one size.
 ///
 /// Coverage     exact for the corners rounded to 2^-21 to 2^-24 of what is in front of the camera: neighbours leave no
