@@ -1,6 +1,6 @@
 #!/bin/sh
-# render_kill.sh <vkrun> <folder>: 'vkrun data render', killed repeatedly at random moments, leaves no part of an object,
-# and ends with the files of an uninterrupted command.
+# render_kill.sh <vkrun> <folder>: 'vkrun data render', killed repeatedly at random moments, leaves no part of an
+# object, and ends with the files of an uninterrupted command.
 set -u
 vkrun=$1
 temp=$2
