@@ -166,16 +166,21 @@ class MeshDrawer {
         views += file.split == "train" ? options_.views : options_.test_views;
     }
 
-    void refuse(const MeshFile& file) {
-        refused.push_back(
-            {{"mesh", file.path}, {"problem", about_file(file.path, library_message())}});
+    void refuse(const MeshFile& file, const char* advice = "") {
+        const std::string problem = about_file(file.path, library_message()) + advice;
+        refused.push_back({{"mesh", file.path}, {"problem", problem}});
     }
 
     bool read(const MeshFile& file, Mesh& mesh) {
         auto desc = sized<splat_mesh_file_desc>();
         if (options_.lenient) desc.flags = SPLAT_MESH_LENIENT;
-        if (splat_mesh_load(file.path.c_str(), &desc, mesh.out()) < SPLAT_OK ||
-            splat_mesh_normalise(mesh.get(), place_of(kSizes, options_.normalise)) < SPLAT_OK) {
+        const splat_result result = splat_mesh_load(file.path.c_str(), &desc, mesh.out());
+        if (result < SPLAT_OK) {
+            const bool lacks = result == SPLAT_ERROR_NOT_FOUND && !options_.lenient;
+            refuse(file, lacks ? " (--allow-missing leaves out what a mesh names)" : "");
+            return false;
+        }
+        if (splat_mesh_normalise(mesh.get(), place_of(kSizes, options_.normalise)) < SPLAT_OK) {
             refuse(file);
             return false;
         }
