@@ -96,6 +96,7 @@ using Lpips = Handle<splat_lpips, splat_lpips_destroy>;
 using Evaluator = Handle<splat_evaluator, splat_evaluator_destroy>;
 using Comparison = Handle<splat_comparison, splat_comparison_destroy>;
 using PriorModel = Handle<splat_prior_model, splat_prior_model_destroy>;
+using Mesh = Handle<splat_mesh, splat_mesh_destroy>;
 
 }  // namespace splat
 

@@ -43,7 +43,7 @@ _INFOS = (
     "splat_ledger", "splat_object_scores", "splat_evaluation_summary", "splat_comparison_info",
     "splat_metric_comparison", "splat_depth_scores", "splat_normal_scores", "splat_mask_scores",
     "splat_fidelity_scores", "splat_point_scores",
-    "splat_prior_model_info",
+    "splat_prior_model_info", "splat_mesh_info",
 )
 # 32-bit patterns, which may exceed an int.
 _UNSIGNED = {

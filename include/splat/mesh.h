@@ -16,14 +16,18 @@
 extern "C" {
 #endif
 
+/* ---- Meshes ---------------------------------------------------------------------------------- */
+
 /* A surface of triangles in host memory, in the units and axes of its file. Thread-safe. */
 
-/* How a mesh's file is read, and what its one material is. */
+/* How a mesh's file is read, what its one material is, how it is drawn. */
 enum {
     /* leave out textures and materials that cannot be read, with a warning, instead of refusing the file */
     SPLAT_MESH_LENIENT = 1u << 0,
     /* of splat_mesh_create: only the side is drawn on which the corners turn counterclockwise */
-    SPLAT_MESH_SINGLE_SIDED = 1u << 1
+    SPLAT_MESH_SINGLE_SIDED = 1u << 1,
+    /* of splat_mesh_render: color is the base colour, as albedo */
+    SPLAT_MESH_UNLIT = 1u << 2
 };
 
 /* Options of reading; 0 is the default. */
@@ -124,11 +128,6 @@ SPLAT_API splat_result splat_mesh_normalise(splat_mesh mesh, splat_mesh_size siz
  *   SPLAT_ERROR_INVALID_ARGUMENT (NULL, a count that 3 does not divide, a mesh without area). */
 SPLAT_API splat_result splat_mesh_sample(splat_mesh mesh, uint64_t seed, float* points,
                                          uint64_t count);
-
-/* Options of drawing. */
-enum {
-    SPLAT_MESH_UNLIT = 1u << 0 /* color is the base colour, as albedo */
-};
 
 /* How a mesh is drawn; 0 is the default. */
 typedef struct splat_mesh_render_desc {

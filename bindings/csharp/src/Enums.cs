@@ -575,6 +575,63 @@ namespace Splat
         /** <summary>transforms.json, else transforms_train.json and its like</summary> */ Transforms = 2,
     }
 
+    /// <summary>How a mesh's file is read, what its one material is, how it is drawn.</summary>
+    [Flags]
+    public enum MeshFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /// <summary>leave out textures and materials that cannot be read, with a warning, instead of refusing the
+        /// file</summary>
+        Lenient = 1,
+        /// <summary>of <c>Mesh.Create</c>: only the side is drawn on which the corners turn
+        /// counterclockwise</summary>
+        SingleSided = 2,
+        /** <summary>of <c>Mesh.Render</c>: color is the base colour, as albedo</summary> */ Unlit = 4,
+    }
+
+    /// <summary>How large a mesh is made. All but the first put the centre of its box into the origin.</summary>
+    public enum MeshSize : int
+    {
+        /** <summary>nothing changes</summary> */ AsGiven = 0,
+        /** <summary>the longest side of the box is 1</summary> */ UnitCube = 1,
+        /** <summary>the diagonal of the box is 1, as in ShapeNet</summary> */ UnitDiagonal = 2,
+        /** <summary>the farthest vertex is at distance 1</summary> */ UnitSphere = 3,
+    }
+
+    /// <summary>What is written of each view besides its picture, and where is up.</summary>
+    [Flags]
+    public enum MeshViewsFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /** <summary>depth/: 1 / z from the image's least to its most, 8 bits</summary> */ Depth = 1,
+        /** <summary>normal/: (n + 1) / 2 in the camera's axes</summary> */ Normal = 2,
+        /** <summary>mask/: the share of a pixel's samples that see the mesh</summary> */ Mask = 4,
+        /** <summary>albedo/: pictures without light, over the same background</summary> */ Albedo = 8,
+        /// <summary>y is up in the mesh, as in glTF. It is turned, for z is up in the data set: z becomes x, x
+        /// becomes y, and y becomes z</summary>
+        YUp = 16,
+    }
+
+    /// <summary>Where the cameras of a data set stand; all look at the origin.</summary>
+    public enum MeshProtocol : int
+    {
+        /// <summary>at random around the object; of val and test on a spiral from the horizon to the top, as
+        /// SRN's</summary>
+        Sphere = 0,
+        /** <summary>the same with all cameras above the horizon</summary> */ Hemisphere = 1,
+        /** <summary>at equal angles on a circle, in every split</summary> */ Orbit = 2,
+    }
+
+    /// <summary>What is behind an object.</summary>
+    public enum MeshBackground : int
+    {
+        White = 0,
+        Black = 1,
+        /** <summary>0.5 in sRGB</summary> */ Gray = 2,
+        /** <summary>a random colour for each view</summary> */ Plain = 3,
+        /** <summary>between two random colours, in a random direction</summary> */ Gradient = 4,
+    }
+
     /// <summary>What the numbers of a model's maps are.</summary>
     [Flags]
     public enum PriorModelFlags : uint
@@ -657,13 +714,16 @@ namespace Splat
                 { "SPLAT_IMAGE_GIF", "ImageFormat.Gif" }, { "SPLAT_IMAGE_NPY", "ImageFormat.Npy" },
                 { "SPLAT_IMAGE_PNG", "ImageFormat.Png" }, { "SPLAT_IMAGE_PNG16", "ImageFormat.Png16" },
                 { "SPLAT_IMAGE_WEBP", "ImageFormat.Webp" }, { "SPLAT_LOAD_ADAPTERS", "LoadFlags.Adapters" },
-                { "SPLAT_MAP_FILTER_", "MapFilter" }, { "SPLAT_MODEL_GRADIENTS", "ModelFlags.Gradients" },
+                { "SPLAT_MAP_FILTER_", "MapFilter" }, { "SPLAT_MESH_AS_GIVEN", "MeshSize.AsGiven" },
+                { "SPLAT_MESH_UNIT_SPHERE", "MeshSize.UnitSphere" },
+                { "SPLAT_MODEL_GRADIENTS", "ModelFlags.Gradients" },
                 { "SPLAT_MODEL_INPUT_GRADIENTS", "ModelFlags.InputGradients" },
                 { "SPLAT_MODEL_RECOMPUTE", "ModelFlags.Recompute" },
                 { "SPLAT_MODULE_GRADIENTS", "ModuleFlags.Gradients" },
                 { "SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags.InputGradients" },
                 { "SPLAT_PASS_TENSORS", "PassFlags.Tensors" }, { "SPLAT_PICTURE_WHOLE", "PictureFlags.Whole" },
-                { "SPLAT_PIXEL_", "pixel" }, { "SPLAT_PORT_KIND_", "PortKind" },
+                { "SPLAT_PIXEL_", "pixel" }, { "SPLAT_PIXEL_F16", "Pixel.F16" }, { "SPLAT_PIXEL_F32", "Pixel.F32" },
+                { "SPLAT_PIXEL_U8", "Pixel.U8" }, { "SPLAT_PORT_KIND_", "PortKind" },
                 { "SPLAT_RASTERIZER_ANTIALIASED", "RasterizerFlags.Antialiased" },
                 { "SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags.Backward" },
                 { "SPLAT_RASTERIZER_CONTRIBUTIONS", "RasterizerFlags.Contributions" },
@@ -695,7 +755,8 @@ namespace Splat
                 { "splat_device_cancel", "Device.Cancel" }, { "splat_device_create", "Device.Create" },
                 { "splat_evaluator", "Evaluator" }, { "splat_evaluator_score", "Evaluator.Score" },
                 { "splat_fit_open", "Fit" }, { "splat_fit_score", "Scoring" }, { "splat_lpips", "Lpips" },
-                { "splat_lpips_desc", "Lpips" }, { "splat_model", "Model" },
+                { "splat_lpips_desc", "Lpips" }, { "splat_mesh", "Mesh" },
+                { "splat_mesh_write_views", "Mesh.WriteViews" }, { "splat_model", "Model" },
                 { "splat_model_backward", "Model.Backward" }, { "splat_model_forward", "Model.Forward" },
                 { "splat_model_load", "Model.Load" }, { "splat_model_ports", "Model.Ports" },
                 { "splat_module", "Module" }, { "splat_normals_desc", "normals" }, { "splat_op", "Op" },
@@ -707,7 +768,8 @@ namespace Splat
                 { "splat_tensor", "Tensor" }, { "splat_tensor_map", "Tensor.Map" },
                 { "splat_tensor_unmap", "Tensor.Map" }, { "splat_trainer", "Trainer" },
                 { "splat_training_open", "Training" }, { "splat_weights", "Weights" },
-                { "timeout_ns", "DeviceOptions.Timeout" }, { "value_count", "the number of values" },
+                { "timeout_ns", "DeviceOptions.Timeout" }, { "triangle_count", "the number of triangles" },
+                { "value_count", "the number of values" }, { "vertex_count", "the number of vertices" },
                 { "view_range_count", "the number of view_ranges" }, { "weight_count", "the number of weights" },
             };
     }

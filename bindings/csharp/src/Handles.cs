@@ -251,4 +251,17 @@ namespace Splat.Interop
         /// <inheritdoc/>
         protected override bool ReleaseHandle() => Native.splat_prior_model_destroy(handle) == ResultCode.Ok;
     }
+
+    /// <summary>A splat_mesh. Released on any thread, in any order.</summary>
+    public sealed class SafeMeshHandle : SafeHandleZeroOrMinusOneIsInvalid
+    {
+        /// <summary>NULL, where a parameter may be left out.</summary>
+        public static readonly SafeMeshHandle Null = new SafeMeshHandle(IntPtr.Zero, false);
+
+        /// <summary>Take over a handle of the library; owns: destroy it.</summary>
+        public SafeMeshHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
+
+        /// <inheritdoc/>
+        protected override bool ReleaseHandle() => Native.splat_mesh_destroy(handle) == ResultCode.Ok;
+    }
 }

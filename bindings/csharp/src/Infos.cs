@@ -811,4 +811,37 @@ namespace Splat
             RuntimeVersion = Text.Read(from->runtime_version, -1);
         }
     }
+
+    /// <summary>What a mesh is.</summary>
+    public sealed class MeshInfo : Facts<MeshInfo>
+    {
+        /** <summary>materials, 0: all is white</summary> */ public int Materials { get; }
+        /** <summary>textures of the materials</summary> */ public int Textures { get; }
+        /** <summary>vertices</summary> */ public long Vertices { get; }
+        /** <summary>triangles; polygons of a file count as fans</summary> */ public long Triangles { get; }
+        /** <summary>texels of all textures</summary> */ public long Texels { get; }
+        /// <summary>lower corner of the box of the triangles, the mesh's units</summary>
+        public IReadOnlyList<double> Low { get; }
+        /** <summary>upper corner of that box</summary> */ public IReadOnlyList<double> High { get; }
+        /** <summary>sum over the triangles, square units</summary> */ public double Area { get; }
+        /** <summary>triangles without area, which are never drawn</summary> */ public long ZeroArea { get; }
+        /** <summary>vertices that no triangle names</summary> */ public long Unused { get; }
+        /// <summary>bytes of device memory that drawing 128 x 128 pixels takes, about</summary>
+        public long DeviceBytes { get; }
+
+        internal unsafe MeshInfo(splat_mesh_info* from)
+        {
+            Materials = checked((int)from->materials);
+            Textures = checked((int)from->textures);
+            Vertices = checked((long)from->vertices);
+            Triangles = checked((long)from->triangles);
+            Texels = checked((long)from->texels);
+            Low = Values.List<double>(from->low, 3);
+            High = Values.List<double>(from->high, 3);
+            Area = from->area;
+            ZeroArea = checked((long)from->zero_area);
+            Unused = checked((long)from->unused);
+            DeviceBytes = checked((long)from->device_bytes);
+        }
+    }
 }

@@ -2798,6 +2798,144 @@ namespace Splat.Interop
             border, IntPtr* run);
 
         /// <summary>
+        /// Read a mesh from a .obj file with the materials and textures that it names, or from a .glb or .gltf file:
+        /// its default scene, with base colours, their textures and colours of vertices. The decode limits of core.h
+        /// hold.
+        /// desc      may be NULL for defaults
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file, or one that it names, is not there, cannot be read
+        ///   SPLAT_ERROR_FORMAT                a damaged file, a mesh without faces; the message names the place
+        ///   SPLAT_ERROR_UNSUPPORTED           another extension, compressed meshes, more than the limits
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_load(byte* path, splat_mesh_file_desc* desc, IntPtr* mesh);
+
+        /// <summary>
+        /// Create a mesh. Points of an opacity below 1/2 are not there.
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, counts that do not fit together, no triangles, a vertex that is not
+        ///                                     finite, a triangle of no vertex; the message names the first
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_create(splat_mesh_desc* desc, IntPtr* mesh);
+
+        /// <summary>Tell what was left out of a mesh's file. JSON: {"warnings": [sentences]}. Returns SPLAT_OK,
+        /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_load_report(SafeMeshHandle mesh, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+
+        /// <summary>Measure a mesh. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
+        /// (info), SPLAT_ERROR_OUT_OF_HOST_MEMORY.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_get_info(SafeMeshHandle mesh, splat_mesh_info* info);
+
+        /// <summary>
+        /// Move and scale a mesh.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      size, or a mesh whose extent is 0 or not finite; it stays as it was
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_normalise(SafeMeshHandle mesh, MeshSize size);
+
+        /// <summary>
+        /// Points on a mesh's surface, uniform by area, as splat_points_from_mesh makes them of a file.
+        /// seed      decides the points, each by its place: more points start with the same ones
+        /// points    out, x, y, z of each, the mesh's units and axes
+        /// count     numbers of `points`: 3 for each point
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+        ///   SPLAT_ERROR_INVALID_ARGUMENT (NULL, a count that 3 does not divide, a mesh without area).
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_sample(SafeMeshHandle mesh, ulong seed, float* points, ulong count);
+
+        /// <summary>
+        /// Draw views of a mesh. Light: linear base colours times 0.35 + 0.25 (1 + n.up) / 2 + 0.4 max(0, n.l), with l 45
+        /// degrees above the horizon and n on the side that is seen. Neighbours leave no hole and share no sample. Of a
+        /// material that blends, as many of a pixel's samples are there as its opacity says. A call takes the mesh to the
+        /// device: many cameras in one call are faster.
+        /// cameras   `count`, each of its own size; may be NULL for 0
+        /// desc      NULL: defaults
+        /// maps      out, `count`; untouched after an error of an argument, after others some may be filled
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+        ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_CANCELLED, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a camera, an image, no map
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        a map of another size or other channels
+        ///   SPLAT_ERROR_UNSUPPORTED           a mesh that is too large for the device's bindings
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_render(SafeMeshHandle mesh, SafeDeviceHandle device, splat_camera* cameras, uint count,
+            splat_mesh_render_desc* desc, splat_mesh_maps* maps);
+
+        /// <summary>Destroy a mesh. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_destroy(IntPtr mesh);
+
+        /// <summary>
+        /// Tell whether an object is there already, so that its mesh need not be read.
+        /// found     out; 1: it is there, 0: it is not
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (a size above 2048), or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of data made with other values, an
+        ///                                     object that another split has
+        ///   SPLAT_ERROR_IO                    the folder cannot be looked at
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_find_views(splat_mesh_views_desc* desc, int* found);
+
+        /// <summary>
+        /// Draw a mesh as an object of a data set, with its cameras, maps and points. The folder of the object
+        /// appears whole or not at all, and an existing one is kept, so that a set can be made by any number of
+        /// calls, processes and machines, and gone on with after they were killed. rendered.json in the folder of
+        /// the set has the values that all objects share. The bytes depend on the mesh, the desc, and the device
+        /// as those of splat_mesh_render do.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, as splat_mesh_find_views and splat_mesh_render, or
+        ///   SPLAT_ERROR_FORMAT                a mesh without area, or one that no view shows
+        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_write_views(SafeMeshHandle mesh, SafeDeviceHandle device, splat_mesh_views_desc* desc);
+
+        /// <summary>
         /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
         /// "title", "input", "outputs", "file" (its name; where they are known url, bytes, sha256),
         /// "licence", "note"}}.
@@ -4562,6 +4700,137 @@ namespace Splat.Interop
         public ulong value_count;
     }
 
+    /// <summary>Options of reading; 0 is the default.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_mesh_file_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_MESH_LENIENT</summary> */ public MeshFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>refuse files with more; 0 = 10^8</summary> */ public ulong max_triangles;
+        /** <summary>refuse files with more in all textures; 0 = 2^27</summary> */ public ulong max_texels;
+    }
+
+    /// <summary>A mesh of arrays, which are copied. Counts are of elements: 3 for each vertex and each
+    /// triangle.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_mesh_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_MESH_SINGLE_SIDED</summary> */ public MeshFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>x, y, z of each</summary> */ public double* vertices;
+        public ulong vertex_count;
+        /** <summary>three numbers of vertices of each</summary> */ public uint* triangles;
+        public ulong triangle_count;
+        /** <summary>of each vertex, any lengths; NULL: those of the faces</summary> */ public float* normals;
+        public ulong normal_count;
+        /** <summary>u, v of each vertex, v from the top down; NULL: no texture</summary> */ public float* texcoords;
+        public ulong texcoord_count;
+        /** <summary>RGBA of each vertex, linear, 0 to 1; NULL: white</summary> */ public float* colors;
+        public ulong color_count;
+        /// <summary>sRGB and opacity, 4 bytes a texel, rows from the top, repeated; NULL: none</summary>
+        public byte* texture;
+        /** <summary>4 texture_width texture_height</summary> */ public ulong texture_count;
+        /** <summary>texels, at most 16384</summary> */ public uint texture_width;
+        /** <summary>texels, at most 16384</summary> */ public uint texture_height;
+        /// <summary>linear RGB and opacity, which multiply all others; all 0 = 1, 1, 1, 1</summary>
+        public fixed float base_color[4];
+    }
+
+    /// <summary>What a mesh is.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_mesh_info
+    {
+        public uint struct_size;
+        /** <summary>materials, 0: all is white</summary> */ public uint materials;
+        /** <summary>textures of the materials</summary> */ public uint textures;
+        /** <summary>0</summary> */ public uint reserved;
+        /** <summary>vertices</summary> */ public ulong vertices;
+        /** <summary>triangles; polygons of a file count as fans</summary> */ public ulong triangles;
+        /** <summary>texels of all textures</summary> */ public ulong texels;
+        /// <summary>lower corner of the box of the triangles, the mesh's units</summary>
+        public fixed double low[3];
+        /** <summary>upper corner of that box</summary> */ public fixed double high[3];
+        /** <summary>sum over the triangles, square units</summary> */ public double area;
+        /** <summary>triangles without area, which are never drawn</summary> */ public ulong zero_area;
+        /** <summary>vertices that no triangle names</summary> */ public ulong unused;
+        /// <summary>bytes of device memory that drawing 128 x 128 pixels takes, about</summary>
+        public ulong device_bytes;
+    }
+
+    /// <summary>How a mesh is drawn; 0 is the default.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_mesh_render_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_MESH_UNLIT</summary> */ public MeshFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>samples of a pixel's side: 1, 2, 4 or 8; 0 = 4</summary> */ public uint samples;
+        /** <summary>RGB, sRGB, 0 to 1</summary> */ public fixed float background[3];
+        /// <summary>where the sky is, in the mesh's axes; all 0 = 0, 0, 1. The main light comes from 45 degrees above
+        /// the horizon</summary>
+        public fixed double up[3];
+        /// <summary>nearer points are not there, the mesh's units; 0 = 10^-3 of the box's diagonal</summary>
+        public double near_plane;
+    }
+
+    /// <summary>Where the maps of a view go; all of the camera's size. Frozen. Those without pixels are not wanted.
+    /// Colours are sRGB, the mean over a pixel's samples in linear light; depth and normals are those of the pixel's
+    /// centre.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_mesh_maps
+    {
+        /// <summary>RGB over the background, or with alpha as the fourth channel</summary>
+        public splat_image color;
+        /** <summary>the base colour without light, in the same way</summary> */ public splat_image albedo;
+        /** <summary>1 channel; share of the pixel's samples that see the mesh</summary> */ public splat_image mask;
+        /// <summary>1 channel, F16 or F32; along the camera's axis, the mesh's units; 0: nothing</summary>
+        public splat_image depth;
+        /// <summary>3 channels, F16 or F32; of length 1 in the camera's axes, on the side that is seen; 0:
+        /// nothing</summary>
+        public splat_image normal;
+    }
+
+    /// <summary>An object of a data set and what all its objects have in common; 0 is the default.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_mesh_views_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_MESH_VIEWS_ bits</summary> */ public MeshViewsFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>folder of the data set</summary> */ public byte* path;
+        /// <summary>"srn": srn_&lt;category&gt;/&lt;category&gt;_&lt;split&gt;/&lt;name&gt;/ with intrinsics.txt,
+        /// pose/ and rgb/; "images": &lt;split&gt;/&lt;name&gt;/ with transforms.json and rgb/; NULL: srn</summary>
+        public byte* layout;
+        /** <summary>in names of folders; NULL: objects</summary> */ public byte* category;
+        /** <summary>"train", "val", "test"; NULL: train</summary> */ public byte* split;
+        /** <summary>of the object; as splat_path_name gives it</summary> */ public byte* name;
+        /// <summary>how meshes were made ready, such as "unit_diagonal", in words that all objects of a folder must
+        /// have in common; NULL: none</summary>
+        public byte* prepared;
+        /** <summary>with the name it decides all that is random</summary> */ public ulong seed;
+        /** <summary>side of the images, pixels, 8 to 2048; 0: 128</summary> */ public uint size;
+        /** <summary>views of an object in train; 0: 50</summary> */ public uint train_views;
+        /** <summary>views of one in val and test; 0: 251</summary> */ public uint test_views;
+        /** <summary>samples of a pixel's side: 1, 2, 4 or 8; 0: 4</summary> */ public uint samples;
+        /// <summary>points on the surface, in points.ply, in the axes of the data set; 0: none</summary>
+        public uint points;
+        public MeshProtocol protocol;
+        public MeshBackground background;
+        /** <summary>0</summary> */ public uint reserved;
+        /** <summary>distance of the cameras from the origin; 0: 1.3</summary> */ public double distance;
+        /// <summary>field of view, radians; 0: a focal length of 131.25 pixels of 128, as SRN's</summary>
+        public double fov_x;
+        /** <summary>height of an orbit above the horizon, radians</summary> */ public double elevation;
+        /// <summary>radians: each camera rolls, and aims beside the origin in both directions of its image, by up to
+        /// this angle; it stands by up to as many percent nearer or farther as this is degrees</summary>
+        public double jitter;
+        /// <summary>stops: the object's light is multiplied by 2^e, with a random e of up to this size for each view;
+        /// the background stays</summary>
+        public double exposure;
+    }
+
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_prior_model_desc
     {
@@ -5040,6 +5309,25 @@ namespace Splat.Interop
                 "seed:56:8 max_gaussians:64:4 sh_bands:68:4 downscale:72:4 test_every:76:4 cameras:80:4 " +
                 "reserved:84:4 depth:88:8 normals:96:8 init:104:8 memory_bytes:112:8 values:120:8 " +
                 "value_count:128:8"),
+            new NativeLayout(typeof(splat_mesh_file_desc), 32, false,
+                "struct_size:0:4 flags:4:4 next:8:8 max_triangles:16:8 max_texels:24:8"),
+            new NativeLayout(typeof(splat_mesh_desc), 136, false,
+                "struct_size:0:4 flags:4:4 next:8:8 vertices:16:8 vertex_count:24:8 triangles:32:8 " +
+                "triangle_count:40:8 normals:48:8 normal_count:56:8 texcoords:64:8 texcoord_count:72:8 " +
+                "colors:80:8 color_count:88:8 texture:96:8 texture_count:104:8 texture_width:112:4 " +
+                "texture_height:116:4 base_color:120:16"),
+            new NativeLayout(typeof(splat_mesh_info), 120, false,
+                "struct_size:0:4 materials:4:4 textures:8:4 reserved:12:4 vertices:16:8 triangles:24:8 " +
+                "texels:32:8 low:40:24 high:64:24 area:88:8 zero_area:96:8 unused:104:8 device_bytes:112:8"),
+            new NativeLayout(typeof(splat_mesh_render_desc), 64, false,
+                "struct_size:0:4 flags:4:4 next:8:8 samples:16:4 background:20:12 up:32:24 near_plane:56:8"),
+            new NativeLayout(typeof(splat_mesh_maps), 280, true,
+                "color:0:56 albedo:56:56 mask:112:56 depth:168:56 normal:224:56"),
+            new NativeLayout(typeof(splat_mesh_views_desc), 144, false,
+                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 layout:24:8 category:32:8 split:40:8 name:48:8 " +
+                "prepared:56:8 seed:64:8 size:72:4 train_views:76:4 test_views:80:4 samples:84:4 points:88:4 " +
+                "protocol:92:4 background:96:4 reserved:100:4 distance:104:8 fov_x:112:8 elevation:120:8 " +
+                "jitter:128:8 exposure:136:8"),
             new NativeLayout(typeof(splat_prior_model_desc), 56, false,
                 "struct_size:0:4 flags:4:4 next:8:8 preset:16:8 model_path:24:8 runtime_path:32:8 threads:40:4 " +
                 "tokens:44:4 device:48:8"),

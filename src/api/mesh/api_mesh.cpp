@@ -172,7 +172,7 @@ splat_result splat_mesh_normalise(splat_mesh mesh, splat_mesh_size size) {
 
 splat_result splat_mesh_sample(splat_mesh mesh, uint64_t seed, float* points, uint64_t count) {
     return api::with(mesh, [&](const auto& object) -> Status {
-        SPLAT_TRY(api::require(points, "points"));
+        if (count > 0) SPLAT_TRY(api::require(points, "points"));
         if (count % 3 != 0)
             return invalid("count is %llu, expected 3 numbers for each point", llu(count));
         const std::shared_lock lock(object->mutex);

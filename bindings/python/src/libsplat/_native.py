@@ -23,11 +23,12 @@ WORDS = {
     'SPLAT_EVENT_STEP': "'step'", 'SPLAT_EXPORT_': 'a name of Export', 'SPLAT_FIT_ALL_PHOTOS': 'test_every=0',
     'SPLAT_FIT_CAMERAS_': 'FitCameras', 'SPLAT_IMAGE_GIF': "'gif'", 'SPLAT_IMAGE_NPY': "'npy'",
     'SPLAT_IMAGE_PNG': "'png'", 'SPLAT_IMAGE_PNG16': "'png16'", 'SPLAT_IMAGE_WEBP': "'webp'",
-    'SPLAT_LOAD_ADAPTERS': 'adapters=True', 'SPLAT_MAP_FILTER_': 'MapFilter',
-    'SPLAT_MODEL_GRADIENTS': 'gradients=True', 'SPLAT_MODEL_INPUT_GRADIENTS': 'input_gradients=True',
-    'SPLAT_MODEL_RECOMPUTE': 'recompute=True', 'SPLAT_MODULE_GRADIENTS': 'gradients=True',
-    'SPLAT_MODULE_INPUT_GRADIENTS': 'input_gradients=True', 'SPLAT_PASS_TENSORS': 'tensors=True',
-    'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel', 'SPLAT_PORT_KIND_': 'PortKind',
+    'SPLAT_LOAD_ADAPTERS': 'adapters=True', 'SPLAT_MAP_FILTER_': 'MapFilter', 'SPLAT_MESH_AS_GIVEN': "'as_given'",
+    'SPLAT_MESH_UNIT_SPHERE': "'unit_sphere'", 'SPLAT_MODEL_GRADIENTS': 'gradients=True',
+    'SPLAT_MODEL_INPUT_GRADIENTS': 'input_gradients=True', 'SPLAT_MODEL_RECOMPUTE': 'recompute=True',
+    'SPLAT_MODULE_GRADIENTS': 'gradients=True', 'SPLAT_MODULE_INPUT_GRADIENTS': 'input_gradients=True',
+    'SPLAT_PASS_TENSORS': 'tensors=True', 'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel',
+    'SPLAT_PIXEL_F16': "'f16'", 'SPLAT_PIXEL_F32': "'f32'", 'SPLAT_PIXEL_U8': "'u8'", 'SPLAT_PORT_KIND_': 'PortKind',
     'SPLAT_RASTERIZER_ANTIALIASED': 'antialiased=True', 'SPLAT_RASTERIZER_BACKWARD': 'backward=True',
     'SPLAT_RASTERIZER_CONTRIBUTIONS': 'contributions=True', 'SPLAT_RASTERIZER_DEPTH': 'depth=True',
     'SPLAT_RASTERIZER_DIRECT_COLORS': 'direct_colors=True', 'SPLAT_RASTERIZER_GRAD_DEPTH': 'grad_depth=True',
@@ -49,16 +50,17 @@ WORDS = {
     'splat_device': 'Device', 'splat_device_cancel': 'Device.cancel', 'splat_device_create': 'Device.create',
     'splat_device_profile_json': 'Device.profile', 'splat_evaluator': 'Evaluator',
     'splat_evaluator_score': 'Evaluator.score', 'splat_fit_open': 'Fit', 'splat_fit_score': 'Scoring',
-    'splat_lpips': 'Lpips', 'splat_lpips_desc': 'Lpips', 'splat_model': 'Model',
-    'splat_model_backward': 'Model.backward', 'splat_model_forward': 'Model.forward',
-    'splat_model_load': 'Model.load', 'splat_model_ports': 'Model.ports', 'splat_module': 'Module',
-    'splat_normals_desc': 'normals', 'splat_op': 'Op', 'splat_optimizer': 'Optimizer',
+    'splat_lpips': 'Lpips', 'splat_lpips_desc': 'Lpips', 'splat_mesh': 'Mesh',
+    'splat_mesh_write_views': 'Mesh.write_views', 'splat_model': 'Model', 'splat_model_backward': 'Model.backward',
+    'splat_model_forward': 'Model.forward', 'splat_model_load': 'Model.load', 'splat_model_ports': 'Model.ports',
+    'splat_module': 'Module', 'splat_normals_desc': 'normals', 'splat_op': 'Op', 'splat_optimizer': 'Optimizer',
     'splat_predictor': 'Predictor', 'splat_prior_model': 'PriorModel', 'splat_raster_state': 'RasterState',
     'splat_raster_state_create': 'RasterState', 'splat_rasterizer': 'Rasterizer',
     'splat_rasterizer_forward': 'Rasterizer.forward', 'splat_rasterizer_read': 'Rasterizer.read', 'splat_run': 'Run',
     'splat_run_next': 'Run.next', 'splat_scene': 'Scene', 'splat_tensor': 'Tensor', 'splat_tensor_map': 'Tensor.map',
     'splat_tensor_unmap': 'the block of Tensor.map', 'splat_trainer': 'Trainer', 'splat_training_open': 'Training',
-    'splat_weights': 'Weights', 'timeout_ns': 'timeout', 'value_count': 'the number of values',
+    'splat_weights': 'Weights', 'timeout_ns': 'timeout', 'triangle_count': 'the number of triangles',
+    'value_count': 'the number of values', 'vertex_count': 'the number of vertices',
     'view_range_count': 'the number of ranges', 'view_ranges': 'ranges', 'weight_count': 'the number of weights',
 }
 
@@ -908,6 +910,89 @@ class FitCameras(OpenEnum):
 FitCamerasName = Literal["auto", "colmap", "transforms"]
 
 
+class MeshFlags(IntFlag):
+    """How a mesh's file is read, what its one material is, how it is drawn.
+
+    LENIENT       leave out textures and materials that cannot be read, with a warning, instead of refusing the file
+    SINGLE_SIDED  of `Mesh.create`: only the side is drawn on which the corners turn counterclockwise
+    UNLIT         of `Mesh.render`: color is the base colour, as albedo
+    """
+
+    LENIENT = 1
+    SINGLE_SIDED = 2
+    UNLIT = 4
+
+
+class MeshSize(OpenEnum):
+    """How large a mesh is made. All but the first put the centre of its box into the origin.
+
+    AS_GIVEN       nothing changes
+    UNIT_CUBE      the longest side of the box is 1
+    UNIT_DIAGONAL  the diagonal of the box is 1, as in ShapeNet
+    UNIT_SPHERE    the farthest vertex is at distance 1
+    """
+
+    AS_GIVEN = 0
+    UNIT_CUBE = 1
+    UNIT_DIAGONAL = 2
+    UNIT_SPHERE = 3
+
+
+MeshSizeName = Literal["as_given", "unit_cube", "unit_diagonal", "unit_sphere"]
+
+
+class MeshViewsFlags(IntFlag):
+    """What is written of each view besides its picture, and where is up.
+
+    DEPTH   depth/: 1 / z from the image's least to its most, 8 bits
+    NORMAL  normal/: (n + 1) / 2 in the camera's axes
+    MASK    mask/: the share of a pixel's samples that see the mesh
+    ALBEDO  albedo/: pictures without light, over the same background
+    Y_UP    y is up in the mesh, as in glTF. It is turned, for z is up in the data set: z becomes x, x becomes y, and
+            y becomes z
+    """
+
+    DEPTH = 1
+    NORMAL = 2
+    MASK = 4
+    ALBEDO = 8
+    Y_UP = 16
+
+
+class MeshProtocol(OpenEnum):
+    """Where the cameras of a data set stand; all look at the origin.
+
+    SPHERE      at random around the object; of val and test on a spiral from the horizon to the top, as SRN's
+    HEMISPHERE  the same with all cameras above the horizon
+    ORBIT       at equal angles on a circle, in every split
+    """
+
+    SPHERE = 0
+    HEMISPHERE = 1
+    ORBIT = 2
+
+
+MeshProtocolName = Literal["sphere", "hemisphere", "orbit"]
+
+
+class MeshBackground(OpenEnum):
+    """What is behind an object.
+
+    GRAY      0.5 in sRGB
+    PLAIN     a random colour for each view
+    GRADIENT  between two random colours, in a random direction
+    """
+
+    WHITE = 0
+    BLACK = 1
+    GRAY = 2
+    PLAIN = 3
+    GRADIENT = 4
+
+
+MeshBackgroundName = Literal["white", "black", "gray", "plain", "gradient"]
+
+
 class PriorModelFlags(IntFlag):
     """What the numbers of a model's maps are.
 
@@ -1706,6 +1791,68 @@ class splat_fit_desc(Structure):
     ]
 
 
+class splat_mesh_file_desc(Structure):
+    struct_size: int; flags: int; next: Any; max_triangles: int; max_texels: int
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("max_triangles", c_uint64),
+        ("max_texels", c_uint64),
+    ]
+
+
+class splat_mesh_desc(Structure):
+    struct_size: int; flags: int; next: Any; vertices: Any; vertex_count: int; triangles: Any; triangle_count: int
+    normals: Any; normal_count: int; texcoords: Any; texcoord_count: int; colors: Any; color_count: int
+    texture: Any; texture_count: int; texture_width: int; texture_height: int; base_color: Any
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("vertices", c_void_p),
+        ("vertex_count", c_uint64), ("triangles", c_void_p), ("triangle_count", c_uint64), ("normals", c_void_p),
+        ("normal_count", c_uint64), ("texcoords", c_void_p), ("texcoord_count", c_uint64), ("colors", c_void_p),
+        ("color_count", c_uint64), ("texture", c_void_p), ("texture_count", c_uint64), ("texture_width", c_uint32),
+        ("texture_height", c_uint32), ("base_color", c_float * 4),
+    ]
+
+
+class splat_mesh_info(Structure):
+    struct_size: int; materials: int; textures: int; reserved: int; vertices: int; triangles: int; texels: int
+    low: Any; high: Any; area: float; zero_area: int; unused: int; device_bytes: int
+    _fields_ = [
+        ("struct_size", c_uint32), ("materials", c_uint32), ("textures", c_uint32), ("reserved", c_uint32),
+        ("vertices", c_uint64), ("triangles", c_uint64), ("texels", c_uint64), ("low", c_double * 3),
+        ("high", c_double * 3), ("area", c_double), ("zero_area", c_uint64), ("unused", c_uint64),
+        ("device_bytes", c_uint64),
+    ]
+
+
+class splat_mesh_render_desc(Structure):
+    struct_size: int; flags: int; next: Any; samples: int; background: Any; up: Any; near_plane: float
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("samples", c_uint32),
+        ("background", c_float * 3), ("up", c_double * 3), ("near_plane", c_double),
+    ]
+
+
+class splat_mesh_maps(Structure):
+    color: Any; albedo: Any; mask: Any; depth: Any; normal: Any
+    _fields_ = [
+        ("color", splat_image), ("albedo", splat_image), ("mask", splat_image), ("depth", splat_image),
+        ("normal", splat_image),
+    ]
+
+
+class splat_mesh_views_desc(Structure):
+    struct_size: int; flags: int; next: Any; path: Any; layout: Any; category: Any; split: Any; name: Any
+    prepared: Any; seed: int; size: int; train_views: int; test_views: int; samples: int; points: int; protocol: int
+    background: int; reserved: int; distance: float; fov_x: float; elevation: float; jitter: float; exposure: float
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("path", c_char_p), ("layout", c_char_p),
+        ("category", c_char_p), ("split", c_char_p), ("name", c_char_p), ("prepared", c_char_p), ("seed", c_uint64),
+        ("size", c_uint32), ("train_views", c_uint32), ("test_views", c_uint32), ("samples", c_uint32),
+        ("points", c_uint32), ("protocol", c_int32), ("background", c_int32), ("reserved", c_uint32),
+        ("distance", c_double), ("fov_x", c_double), ("elevation", c_double), ("jitter", c_double),
+        ("exposure", c_double),
+    ]
+
+
 class splat_prior_model_desc(Structure):
     struct_size: int; flags: int; next: Any; preset: Any; model_path: Any; runtime_path: Any; threads: int
     tokens: int; device: Any
@@ -2165,6 +2312,35 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("downscale", 72, 4), ("test_every", 76, 4), ("cameras", 80, 4), ("reserved", 84, 4), ("depth", 88, 8),
         ("normals", 96, 8), ("init", 104, 8), ("memory_bytes", 112, 8), ("values", 120, 8), ("value_count", 128, 8),
     )),
+    "splat_mesh_file_desc": (splat_mesh_file_desc, False, 32, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("max_triangles", 16, 8), ("max_texels", 24, 8),
+    )),
+    "splat_mesh_desc": (splat_mesh_desc, False, 136, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("vertices", 16, 8), ("vertex_count", 24, 8),
+        ("triangles", 32, 8), ("triangle_count", 40, 8), ("normals", 48, 8), ("normal_count", 56, 8),
+        ("texcoords", 64, 8), ("texcoord_count", 72, 8), ("colors", 80, 8), ("color_count", 88, 8),
+        ("texture", 96, 8), ("texture_count", 104, 8), ("texture_width", 112, 4), ("texture_height", 116, 4),
+        ("base_color", 120, 16),
+    )),
+    "splat_mesh_info": (splat_mesh_info, False, 120, (
+        ("struct_size", 0, 4), ("materials", 4, 4), ("textures", 8, 4), ("reserved", 12, 4), ("vertices", 16, 8),
+        ("triangles", 24, 8), ("texels", 32, 8), ("low", 40, 24), ("high", 64, 24), ("area", 88, 8),
+        ("zero_area", 96, 8), ("unused", 104, 8), ("device_bytes", 112, 8),
+    )),
+    "splat_mesh_render_desc": (splat_mesh_render_desc, False, 64, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("samples", 16, 4), ("background", 20, 12),
+        ("up", 32, 24), ("near_plane", 56, 8),
+    )),
+    "splat_mesh_maps": (splat_mesh_maps, True, 280, (
+        ("color", 0, 56), ("albedo", 56, 56), ("mask", 112, 56), ("depth", 168, 56), ("normal", 224, 56),
+    )),
+    "splat_mesh_views_desc": (splat_mesh_views_desc, False, 144, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8), ("layout", 24, 8),
+        ("category", 32, 8), ("split", 40, 8), ("name", 48, 8), ("prepared", 56, 8), ("seed", 64, 8),
+        ("size", 72, 4), ("train_views", 76, 4), ("test_views", 80, 4), ("samples", 84, 4), ("points", 88, 4),
+        ("protocol", 92, 4), ("background", 96, 4), ("reserved", 100, 4), ("distance", 104, 8), ("fov_x", 112, 8),
+        ("elevation", 120, 8), ("jitter", 128, 8), ("exposure", 136, 8),
+    )),
     "splat_prior_model_desc": (splat_prior_model_desc, False, 56, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("preset", 16, 8), ("model_path", 24, 8),
         ("runtime_path", 32, 8), ("threads", 40, 4), ("tokens", 44, 4), ("device", 48, 8),
@@ -2444,6 +2620,17 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_fit_open", c_int32, (c_void_p, POINTER(splat_fit_desc), POINTER(c_void_p))),
     ("splat_fit_scene", c_int32, (c_void_p, POINTER(c_void_p))),
     ("splat_fit_score", c_int32, (c_void_p, POINTER(splat_fit_desc), c_void_p, c_double, POINTER(c_void_p))),
+    ("splat_mesh_load", c_int32, (c_char_p, POINTER(splat_mesh_file_desc), POINTER(c_void_p))),
+    ("splat_mesh_create", c_int32, (POINTER(splat_mesh_desc), POINTER(c_void_p))),
+    ("splat_mesh_load_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_mesh_get_info", c_int32, (c_void_p, POINTER(splat_mesh_info))),
+    ("splat_mesh_normalise", c_int32, (c_void_p, c_int32)),
+    ("splat_mesh_sample", c_int32, (c_void_p, c_uint64, c_void_p, c_uint64)),
+    ("splat_mesh_render", c_int32, (c_void_p, c_void_p, POINTER(splat_camera), c_uint32,
+        POINTER(splat_mesh_render_desc), POINTER(splat_mesh_maps))),
+    ("splat_mesh_destroy", c_int32, (c_void_p,)),
+    ("splat_mesh_find_views", c_int32, (POINTER(splat_mesh_views_desc), POINTER(c_int32))),
+    ("splat_mesh_write_views", c_int32, (c_void_p, c_void_p, POINTER(splat_mesh_views_desc))),
     ("splat_prior_preset", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t))),
     ("splat_prior_model_create", c_int32, (POINTER(splat_prior_model_desc), POINTER(c_void_p))),
     ("splat_prior_model_get_info", c_int32, (c_void_p, POINTER(splat_prior_model_info))),

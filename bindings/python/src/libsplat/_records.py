@@ -688,6 +688,36 @@ class MetricComparison(Record):
 
 
 @dataclass(frozen=True)
+class MeshInfo(Record):
+    """What a mesh is.
+
+    materials     materials, 0: all is white
+    textures      textures of the materials
+    vertices      vertices
+    triangles     triangles; polygons of a file count as fans
+    texels        texels of all textures
+    low           lower corner of the box of the triangles, the mesh's units
+    high          upper corner of that box
+    area          sum over the triangles, square units
+    zero_area     triangles without area, which are never drawn
+    unused        vertices that no triangle names
+    device_bytes  bytes of device memory that drawing 128 x 128 pixels takes, about
+    """
+
+    materials: int
+    textures: int
+    vertices: int
+    triangles: int
+    texels: int
+    low: Tuple[float, ...]
+    high: Tuple[float, ...]
+    area: float
+    zero_area: int
+    unused: int
+    device_bytes: int
+
+
+@dataclass(frozen=True)
 class PriorModelInfo(Record):
     """What a model makes, and where it comes from.
 

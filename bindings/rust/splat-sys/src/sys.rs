@@ -343,6 +343,41 @@ pub const SPLAT_FIT_CAMERAS_AUTO: splat_fit_cameras = 0;
 /// transforms.json, else transforms_train.json and its like
 pub const SPLAT_FIT_CAMERAS_TRANSFORMS: splat_fit_cameras = 2;
 
+/// leave out textures and materials that cannot be read, with a warning, instead of refusing the file
+pub const SPLAT_MESH_LENIENT: u32 = 1;
+/// of splat_mesh_create: only the side is drawn on which the corners turn counterclockwise
+pub const SPLAT_MESH_SINGLE_SIDED: u32 = 2;
+/** of splat_mesh_render: color is the base colour, as albedo */ pub const SPLAT_MESH_UNLIT: u32 = 4;
+
+/// How large a mesh is made. All but the first put the centre of its box into the origin.
+pub type splat_mesh_size = i32;
+/** nothing changes */ pub const SPLAT_MESH_AS_GIVEN: splat_mesh_size = 0;
+/** the longest side of the box is 1 */ pub const SPLAT_MESH_UNIT_CUBE: splat_mesh_size = 1;
+/** the diagonal of the box is 1, as in ShapeNet */ pub const SPLAT_MESH_UNIT_DIAGONAL: splat_mesh_size = 2;
+/** the farthest vertex is at distance 1 */ pub const SPLAT_MESH_UNIT_SPHERE: splat_mesh_size = 3;
+
+/** depth/: 1 / z from the image's least to its most, 8 bits */ pub const SPLAT_MESH_VIEWS_DEPTH: u32 = 1;
+/** normal/: (n + 1) / 2 in the camera's axes */ pub const SPLAT_MESH_VIEWS_NORMAL: u32 = 2;
+/** mask/: the share of a pixel's samples that see the mesh */ pub const SPLAT_MESH_VIEWS_MASK: u32 = 4;
+/** albedo/: pictures without light, over the same background */ pub const SPLAT_MESH_VIEWS_ALBEDO: u32 = 8;
+/// y is up in the mesh, as in glTF. It is turned, for z is up in the data set: z becomes x, x becomes y, and y
+/// becomes z
+pub const SPLAT_MESH_VIEWS_Y_UP: u32 = 16;
+
+/** Where the cameras of a data set stand; all look at the origin. */ pub type splat_mesh_protocol = i32;
+/// at random around the object; of val and test on a spiral from the horizon to the top, as SRN's
+pub const SPLAT_MESH_PROTOCOL_SPHERE: splat_mesh_protocol = 0;
+/** the same with all cameras above the horizon */ pub const SPLAT_MESH_PROTOCOL_HEMISPHERE: splat_mesh_protocol = 1;
+/** at equal angles on a circle, in every split */ pub const SPLAT_MESH_PROTOCOL_ORBIT: splat_mesh_protocol = 2;
+
+/** What is behind an object. */ pub type splat_mesh_background = i32;
+pub const SPLAT_MESH_BACKGROUND_WHITE: splat_mesh_background = 0;
+pub const SPLAT_MESH_BACKGROUND_BLACK: splat_mesh_background = 1;
+/** 0.5 in sRGB */ pub const SPLAT_MESH_BACKGROUND_GRAY: splat_mesh_background = 2;
+/** a random colour for each view */ pub const SPLAT_MESH_BACKGROUND_PLAIN: splat_mesh_background = 3;
+/// between two random colours, in a random direction
+pub const SPLAT_MESH_BACKGROUND_GRADIENT: splat_mesh_background = 4;
+
 /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1 to 1
 pub const SPLAT_PRIOR_MODEL_NUMBERS: u32 = 1;
 
@@ -526,6 +561,10 @@ pub type splat_comparison = *mut splat_comparison_s;
 /// A network that makes maps of pictures, with the preset that says how pictures become its input and its outputs
 /// maps. Thread-safe.
 pub type splat_prior_model = *mut splat_prior_model_s;
+
+#[repr(C)] pub struct splat_mesh_s { opaque: [u8; 0] }
+/// A surface of triangles in host memory, in the units and axes of its file. Thread-safe.
+pub type splat_mesh = *mut splat_mesh_s;
 
 /// Defined by another header.
 #[repr(C)] pub struct DLManagedTensorVersioned { opaque: [u8; 0] }
@@ -1782,6 +1821,118 @@ pub struct splat_fit_desc {
     pub value_count: u64,
 }
 
+/// Options of reading; 0 is the default.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_mesh_file_desc {
+    pub struct_size: u32,
+    /** SPLAT_MESH_LENIENT */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** refuse files with more; 0 = 10^8 */ pub max_triangles: u64,
+    /** refuse files with more in all textures; 0 = 2^27 */ pub max_texels: u64,
+}
+
+/// A mesh of arrays, which are copied. Counts are of elements: 3 for each vertex and each triangle.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_mesh_desc {
+    pub struct_size: u32,
+    /** SPLAT_MESH_SINGLE_SIDED */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** x, y, z of each */ pub vertices: *const f64,
+    pub vertex_count: u64,
+    /** three numbers of vertices of each */ pub triangles: *const u32,
+    pub triangle_count: u64,
+    /** of each vertex, any lengths; NULL: those of the faces */ pub normals: *const f32,
+    pub normal_count: u64,
+    /** u, v of each vertex, v from the top down; NULL: no texture */ pub texcoords: *const f32,
+    pub texcoord_count: u64,
+    /** RGBA of each vertex, linear, 0 to 1; NULL: white */ pub colors: *const f32,
+    pub color_count: u64,
+    /** sRGB and opacity, 4 bytes a texel, rows from the top, repeated; NULL: none */ pub texture: *const u8,
+    /** 4 texture_width texture_height */ pub texture_count: u64,
+    /** texels, at most 16384 */ pub texture_width: u32,
+    /** texels, at most 16384 */ pub texture_height: u32,
+    /** linear RGB and opacity, which multiply all others; all 0 = 1, 1, 1, 1 */ pub base_color: [f32; 4],
+}
+
+/// What a mesh is.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_mesh_info {
+    pub struct_size: u32,
+    /** materials, 0: all is white */ pub materials: u32,
+    /** textures of the materials */ pub textures: u32,
+    /** 0 */ pub reserved: u32,
+    /** vertices */ pub vertices: u64,
+    /** triangles; polygons of a file count as fans */ pub triangles: u64,
+    /** texels of all textures */ pub texels: u64,
+    /** lower corner of the box of the triangles, the mesh's units */ pub low: [f64; 3],
+    /** upper corner of that box */ pub high: [f64; 3],
+    /** sum over the triangles, square units */ pub area: f64,
+    /** triangles without area, which are never drawn */ pub zero_area: u64,
+    /** vertices that no triangle names */ pub unused: u64,
+    /** bytes of device memory that drawing 128 x 128 pixels takes, about */ pub device_bytes: u64,
+}
+
+/// How a mesh is drawn; 0 is the default.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_mesh_render_desc {
+    pub struct_size: u32,
+    /** SPLAT_MESH_UNLIT */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** samples of a pixel's side: 1, 2, 4 or 8; 0 = 4 */ pub samples: u32,
+    /** RGB, sRGB, 0 to 1 */ pub background: [f32; 3],
+    /// where the sky is, in the mesh's axes; all 0 = 0, 0, 1. The main light comes from 45 degrees above the horizon
+    pub up: [f64; 3],
+    /** nearer points are not there, the mesh's units; 0 = 10^-3 of the box's diagonal */ pub near_plane: f64,
+}
+
+/// Where the maps of a view go; all of the camera's size. Frozen. Those without pixels are not wanted. Colours are
+/// sRGB, the mean over a pixel's samples in linear light; depth and normals are those of the pixel's centre.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_mesh_maps {
+    /** RGB over the background, or with alpha as the fourth channel */ pub color: splat_image,
+    /** the base colour without light, in the same way */ pub albedo: splat_image,
+    /** 1 channel; share of the pixel's samples that see the mesh */ pub mask: splat_image,
+    /** 1 channel, F16 or F32; along the camera's axis, the mesh's units; 0: nothing */ pub depth: splat_image,
+    /// 3 channels, F16 or F32; of length 1 in the camera's axes, on the side that is seen; 0: nothing
+    pub normal: splat_image,
+}
+
+/// An object of a data set and what all its objects have in common; 0 is the default.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_mesh_views_desc {
+    pub struct_size: u32,
+    /** SPLAT_MESH_VIEWS_ bits */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** folder of the data set */ pub path: *const c_char,
+    /// "srn": srn_\<category\>/\<category\>_\<split\>/\<name\>/ with intrinsics.txt, pose/ and rgb/; "images":
+    /// \<split\>/\<name\>/ with transforms.json and rgb/; NULL: srn
+    pub layout: *const c_char,
+    /** in names of folders; NULL: objects */ pub category: *const c_char,
+    /** "train", "val", "test"; NULL: train */ pub split: *const c_char,
+    /** of the object; as splat_path_name gives it */ pub name: *const c_char,
+    /// how meshes were made ready, such as "unit_diagonal", in words that all objects of a folder must have in
+    /// common; NULL: none
+    pub prepared: *const c_char,
+    /** with the name it decides all that is random */ pub seed: u64,
+    /** side of the images, pixels, 8 to 2048; 0: 128 */ pub size: u32,
+    /** views of an object in train; 0: 50 */ pub train_views: u32,
+    /** views of one in val and test; 0: 251 */ pub test_views: u32,
+    /** samples of a pixel's side: 1, 2, 4 or 8; 0: 4 */ pub samples: u32,
+    /** points on the surface, in points.ply, in the axes of the data set; 0: none */ pub points: u32,
+    pub protocol: splat_mesh_protocol,
+    pub background: splat_mesh_background,
+    /** 0 */ pub reserved: u32,
+    /** distance of the cameras from the origin; 0: 1.3 */ pub distance: f64,
+    /** field of view, radians; 0: a focal length of 131.25 pixels of 128, as SRN's */ pub fov_x: f64,
+    /** height of an orbit above the horizon, radians */ pub elevation: f64,
+    /// radians: each camera rolls, and aims beside the origin in both directions of its image, by up to this angle;
+    /// it stands by up to as many percent nearer or farther as this is degrees
+    pub jitter: f64,
+    /// stops: the object's light is multiplied by 2^e, with a random e of up to this size for each view; the
+    /// background stays
+    pub exposure: f64,
+}
+
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_prior_model_desc {
     pub struct_size: u32,
@@ -2006,10 +2157,10 @@ macro_rules! zeroed {
 zeroed! {
     splat_image splat_similarity splat_camera splat_picture_source splat_picture splat_picture_info splat_named_array
     splat_port splat_number splat_optimizer_item splat_optimizer_group splat_scores splat_ledger splat_score
-    splat_score_set splat_prior_maps ;  splat_decode_limits splat_device_info splat_device_desc splat_memory_info
-    splat_tensor_desc splat_tensor_info splat_tensor_stats splat_co3d_desc splat_co3d_info splat_dataset_desc
-    splat_dataset_views splat_dataset_import_desc splat_dataset_export_desc splat_synthetic_desc splat_scene_desc
-    splat_scene_file_desc splat_scene_info splat_orbit_desc splat_camera_file_desc splat_camera_bytes
+    splat_score_set splat_mesh_maps splat_prior_maps ;  splat_decode_limits splat_device_info splat_device_desc
+    splat_memory_info splat_tensor_desc splat_tensor_info splat_tensor_stats splat_co3d_desc splat_co3d_info
+    splat_dataset_desc splat_dataset_views splat_dataset_import_desc splat_dataset_export_desc splat_synthetic_desc
+    splat_scene_desc splat_scene_file_desc splat_scene_info splat_orbit_desc splat_camera_file_desc splat_camera_bytes
     splat_rasterizer_desc splat_gaussians_desc splat_gradients_desc splat_rasterizer_info splat_scene_render_desc
     splat_image_info splat_image_scores splat_lpips_desc splat_picture_cut_desc splat_predictor_desc
     splat_predictor_info splat_prediction splat_group splat_weights_info splat_op_desc splat_model_desc
@@ -2017,6 +2168,7 @@ zeroed! {
     splat_optimizer_info splat_trainer_desc splat_trainer_batch splat_trainer_info splat_training_desc
     splat_evaluator_desc splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary
     splat_compare_desc splat_comparison_info splat_metric_comparison splat_external_memory splat_fit_desc
+    splat_mesh_file_desc splat_mesh_desc splat_mesh_info splat_mesh_render_desc splat_mesh_views_desc
     splat_prior_model_desc splat_prior_model_info splat_normals_desc splat_depth_scores splat_normal_scores
     splat_mask_scores splat_fidelity_scores splat_point_scores splat_vulkan_requirements splat_vulkan_desc
     splat_vulkan_target splat_vulkan_frame
@@ -4026,6 +4178,107 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
+    /// Read a mesh from a .obj file with the materials and textures that it names, or from a .glb or .gltf file:
+    /// its default scene, with base colours, their textures and colours of vertices. The decode limits of core.h
+    /// hold.
+    /// desc      may be NULL for defaults
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file, or one that it names, is not there, cannot be read
+    ///   SPLAT_ERROR_FORMAT                a damaged file, a mesh without faces; the message names the place
+    ///   SPLAT_ERROR_UNSUPPORTED           another extension, compressed meshes, more than the limits
+    /// ```
+    pub fn splat_mesh_load(
+        path: *const c_char, desc: *const splat_mesh_file_desc, mesh: *mut splat_mesh
+    ) -> splat_result;
+
+    /// ```text
+    /// Create a mesh. Points of an opacity below 1/2 are not there.
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, counts that do not fit together, no triangles, a vertex that is not
+    ///                                     finite, a triangle of no vertex; the message names the first
+    /// ```
+    pub fn splat_mesh_create(desc: *const splat_mesh_desc, mesh: *mut splat_mesh) -> splat_result;
+
+    /// Tell what was left out of a mesh's file. JSON: {"warnings": \[sentences\]}.
+    ///
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_mesh_load_report(
+        mesh: splat_mesh, buffer: *mut c_char, capacity: usize, needed: *mut usize
+    ) -> splat_result;
+
+    /// Measure a mesh.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info),
+    /// SPLAT_ERROR_OUT_OF_HOST_MEMORY.
+    pub fn splat_mesh_get_info(mesh: splat_mesh, info: *mut splat_mesh_info) -> splat_result;
+
+    /// ```text
+    /// Move and scale a mesh.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      size, or a mesh whose extent is 0 or not finite; it stays as it was
+    /// ```
+    pub fn splat_mesh_normalise(mesh: splat_mesh, size: splat_mesh_size) -> splat_result;
+
+    /// ```text
+    /// Points on a mesh's surface, uniform by area, as splat_points_from_mesh makes them of a file.
+    /// seed      decides the points, each by its place: more points start with the same ones
+    /// points    out, x, y, z of each, the mesh's units and axes
+    /// count     numbers of `points`: 3 for each point
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+    ///   SPLAT_ERROR_INVALID_ARGUMENT (NULL, a count that 3 does not divide, a mesh without area).
+    /// ```
+    pub fn splat_mesh_sample(mesh: splat_mesh, seed: u64, points: *mut f32, count: u64) -> splat_result;
+
+    /// ```text
+    /// Draw views of a mesh. Light: linear base colours times 0.35 + 0.25 (1 + n.up) / 2 + 0.4 max(0, n.l), with l 45
+    /// degrees above the horizon and n on the side that is seen. Neighbours leave no hole and share no sample. Of a
+    /// material that blends, as many of a pixel's samples are there as its opacity says. A call takes the mesh to the
+    /// device: many cameras in one call are faster.
+    /// cameras   `count`, each of its own size; may be NULL for 0
+    /// desc      NULL: defaults
+    /// maps      out, `count`; untouched after an error of an argument, after others some may be filled
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_CANCELLED, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a camera, an image, no map
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        a map of another size or other channels
+    ///   SPLAT_ERROR_UNSUPPORTED           a mesh that is too large for the device's bindings
+    /// ```
+    pub fn splat_mesh_render(
+        mesh: splat_mesh, device: splat_device, cameras: *const splat_camera, count: u32, desc: *const
+        splat_mesh_render_desc, maps: *const splat_mesh_maps
+    ) -> splat_result;
+
+    /// Destroy a mesh.
+    ///
+    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    pub fn splat_mesh_destroy(mesh: splat_mesh) -> splat_result;
+
+    /// ```text
+    /// Tell whether an object is there already, so that its mesh need not be read.
+    /// found     out; 1: it is there, 0: it is not
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (a size above 2048), or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of data made with other values, an
+    ///                                     object that another split has
+    ///   SPLAT_ERROR_IO                    the folder cannot be looked at
+    /// ```
+    pub fn splat_mesh_find_views(desc: *const splat_mesh_views_desc, found: *mut i32) -> splat_result;
+
+    /// ```text
+    /// Draw a mesh as an object of a data set, with its cameras, maps and points. The folder of the object
+    /// appears whole or not at all, and an existing one is kept, so that a set can be made by any number of
+    /// calls, processes and machines, and gone on with after they were killed. rendered.json in the folder of
+    /// the set has the values that all objects share. The bytes depend on the mesh, the desc, and the device
+    /// as those of splat_mesh_render do.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, as splat_mesh_find_views and splat_mesh_render, or
+    ///   SPLAT_ERROR_FORMAT                a mesh without area, or one that no view shows
+    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written
+    /// ```
+    pub fn splat_mesh_write_views(
+        mesh: splat_mesh, device: splat_device, desc: *const splat_mesh_views_desc
+    ) -> splat_result;
+
+    /// ```text
     /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
     /// "title", "input", "outputs", "file" (its name; where they are known url, bytes, sha256),
     /// "licence", "note"}}.
@@ -4377,6 +4630,12 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_metric_comparison", false, std::mem::size_of::<splat_metric_comparison>()),
     ("splat_external_memory", false, std::mem::size_of::<splat_external_memory>()),
     ("splat_fit_desc", false, std::mem::size_of::<splat_fit_desc>()),
+    ("splat_mesh_file_desc", false, std::mem::size_of::<splat_mesh_file_desc>()),
+    ("splat_mesh_desc", false, std::mem::size_of::<splat_mesh_desc>()),
+    ("splat_mesh_info", false, std::mem::size_of::<splat_mesh_info>()),
+    ("splat_mesh_render_desc", false, std::mem::size_of::<splat_mesh_render_desc>()),
+    ("splat_mesh_maps", true, std::mem::size_of::<splat_mesh_maps>()),
+    ("splat_mesh_views_desc", false, std::mem::size_of::<splat_mesh_views_desc>()),
     ("splat_prior_model_desc", false, std::mem::size_of::<splat_prior_model_desc>()),
     ("splat_prior_model_info", false, std::mem::size_of::<splat_prior_model_info>()),
     ("splat_prior_maps", true, std::mem::size_of::<splat_prior_maps>()),
@@ -4592,6 +4851,23 @@ mod tests {
         32, 8; steps: 40, 8; seconds: 48, 8; seed: 56, 8; max_gaussians: 64, 4; sh_bands: 68, 4; downscale: 72, 4;
         test_every: 76, 4; cameras: 80, 4; reserved: 84, 4; depth: 88, 8; normals: 96, 8; init: 104, 8; memory_bytes:
         112, 8; values: 120, 8; value_count: 128, 8;);
+        layout!(splat_mesh_file_desc, 32, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; max_triangles: 16, 8;
+        max_texels: 24, 8;);
+        layout!(splat_mesh_desc, 136, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; vertices: 16, 8; vertex_count:
+        24, 8; triangles: 32, 8; triangle_count: 40, 8; normals: 48, 8; normal_count: 56, 8; texcoords: 64, 8;
+        texcoord_count: 72, 8; colors: 80, 8; color_count: 88, 8; texture: 96, 8; texture_count: 104, 8;
+        texture_width: 112, 4; texture_height: 116, 4; base_color: 120, 16;);
+        layout!(splat_mesh_info, 120, 8, struct_size: 0, 4; materials: 4, 4; textures: 8, 4; reserved: 12, 4;
+        vertices: 16, 8; triangles: 24, 8; texels: 32, 8; low: 40, 24; high: 64, 24; area: 88, 8; zero_area: 96, 8;
+        unused: 104, 8; device_bytes: 112, 8;);
+        layout!(splat_mesh_render_desc, 64, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; samples: 16, 4; background:
+        20, 12; up: 32, 24; near_plane: 56, 8;);
+        layout!(splat_mesh_maps, 280, 8, color: 0, 56; albedo: 56, 56; mask: 112, 56; depth: 168, 56; normal: 224,
+        56;);
+        layout!(splat_mesh_views_desc, 144, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; path: 16, 8; layout: 24, 8;
+        category: 32, 8; split: 40, 8; name: 48, 8; prepared: 56, 8; seed: 64, 8; size: 72, 4; train_views: 76, 4;
+        test_views: 80, 4; samples: 84, 4; points: 88, 4; protocol: 92, 4; background: 96, 4; reserved: 100, 4;
+        distance: 104, 8; fov_x: 112, 8; elevation: 120, 8; jitter: 128, 8; exposure: 136, 8;);
         layout!(splat_prior_model_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; preset: 16, 8; model_path:
         24, 8; runtime_path: 32, 8; threads: 40, 4; tokens: 44, 4; device: 48, 8;);
         layout!(splat_prior_model_info, 56, 8, struct_size: 0, 4; maps: 4, 4; width: 8, 4; height: 12, 4; preset: 16,

@@ -32,6 +32,7 @@ pub mod image;
 mod interop;
 mod load;
 pub mod log;
+mod mesh;
 mod model;
 mod module;
 mod numbers;
@@ -64,6 +65,7 @@ mod types {
     pub use crate::evaluator::{EvaluatedViews, Evaluator, EvaluatorDesc};
     pub use crate::image::{Image, ImageView, ImageViewMut, Lpips};
     pub use crate::load::DecodeLimits;
+    pub use crate::mesh::{Mesh, MeshDesc, MeshMaps};
     pub use crate::model::{Model, ModelDesc, ModelGradients, ModelInput};
     pub use crate::module::{Module, ModuleDesc};
     pub use crate::numbers::UnknownCode;

@@ -548,6 +548,61 @@ number! {
 }
 
 flags! {
+    /// How a mesh's file is read, what its one material is, how it is drawn.
+    MeshFlags {
+        /// leave out textures and materials that cannot be read, with a warning, instead of refusing the file
+        LENIENT = SPLAT_MESH_LENIENT,
+        /// of `Mesh::create`: only the side is drawn on which the corners turn counterclockwise
+        SINGLE_SIDED = SPLAT_MESH_SINGLE_SIDED,
+        /** of `Mesh::render`: color is the base colour, as albedo */ UNLIT = SPLAT_MESH_UNLIT,
+    }
+}
+
+number! {
+    /// How large a mesh is made. All but the first put the centre of its box into the origin.
+    MeshSize {
+        /** nothing changes */ AS_GIVEN = SPLAT_MESH_AS_GIVEN,
+        /** the longest side of the box is 1 */ UNIT_CUBE = SPLAT_MESH_UNIT_CUBE,
+        /** the diagonal of the box is 1, as in ShapeNet */ UNIT_DIAGONAL = SPLAT_MESH_UNIT_DIAGONAL,
+        /** the farthest vertex is at distance 1 */ UNIT_SPHERE = SPLAT_MESH_UNIT_SPHERE,
+    }
+}
+
+flags! {
+    /// What is written of each view besides its picture, and where is up.
+    MeshViewsFlags {
+        /** depth/: 1 / z from the image's least to its most, 8 bits */ DEPTH = SPLAT_MESH_VIEWS_DEPTH,
+        /** normal/: (n + 1) / 2 in the camera's axes */ NORMAL = SPLAT_MESH_VIEWS_NORMAL,
+        /** mask/: the share of a pixel's samples that see the mesh */ MASK = SPLAT_MESH_VIEWS_MASK,
+        /** albedo/: pictures without light, over the same background */ ALBEDO = SPLAT_MESH_VIEWS_ALBEDO,
+        /// y is up in the mesh, as in glTF. It is turned, for z is up in the data set: z becomes x, x becomes y, and
+        /// y becomes z
+        Y_UP = SPLAT_MESH_VIEWS_Y_UP,
+    }
+}
+
+number! {
+    /// Where the cameras of a data set stand; all look at the origin.
+    MeshProtocol {
+        /// at random around the object; of val and test on a spiral from the horizon to the top, as SRN's
+        SPHERE = SPLAT_MESH_PROTOCOL_SPHERE,
+        /** the same with all cameras above the horizon */ HEMISPHERE = SPLAT_MESH_PROTOCOL_HEMISPHERE,
+        /** at equal angles on a circle, in every split */ ORBIT = SPLAT_MESH_PROTOCOL_ORBIT,
+    }
+}
+
+number! {
+    /// What is behind an object.
+    MeshBackground {
+        WHITE = SPLAT_MESH_BACKGROUND_WHITE,
+        BLACK = SPLAT_MESH_BACKGROUND_BLACK,
+        /** 0.5 in sRGB */ GRAY = SPLAT_MESH_BACKGROUND_GRAY,
+        /** a random colour for each view */ PLAIN = SPLAT_MESH_BACKGROUND_PLAIN,
+        /** between two random colours, in a random direction */ GRADIENT = SPLAT_MESH_BACKGROUND_GRADIENT,
+    }
+}
+
+flags! {
     /// What the numbers of a model's maps are.
     PriorModelFlags {
         /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1
@@ -1060,6 +1115,23 @@ output! {
     }
 }
 
+output! {
+    /// What a mesh is.
+    MeshInfo = splat_mesh_info(raw) {
+        /** materials, 0: all is white */ materials: u32 = raw.materials,
+        /** textures of the materials */ textures: u32 = raw.textures,
+        /** vertices */ vertices: u64 = raw.vertices,
+        /** triangles; polygons of a file count as fans */ triangles: u64 = raw.triangles,
+        /** texels of all textures */ texels: u64 = raw.texels,
+        /** lower corner of the box of the triangles, the mesh's units */ low: [f64; 3] = raw.low,
+        /** upper corner of that box */ high: [f64; 3] = raw.high,
+        /** sum over the triangles, square units */ area: f64 = raw.area,
+        /** triangles without area, which are never drawn */ zero_area: u64 = raw.zero_area,
+        /** vertices that no triangle names */ unused: u64 = raw.unused,
+        /** bytes of device memory that drawing 128 x 128 pixels takes, about */ device_bytes: u64 = raw.device_bytes,
+    }
+}
+
 input! {
     /// How a scene is read or written; 0 is the default.
     SceneFileDesc(own) = splat_scene_file_desc {
@@ -1132,6 +1204,29 @@ input! {
     }
 }
 
+input! {
+    /// Options of reading; 0 is the default.
+    MeshFileDesc(own) = splat_mesh_file_desc {
+        /** `MeshFlags::LENIENT` */ flags: MeshFlags = own.flags.0,
+        /** refuse files with more; 0 = 10^8 */ max_triangles: u64 = own.max_triangles,
+        /** refuse files with more in all textures; 0 = 2^27 */ max_texels: u64 = own.max_texels,
+    }
+}
+
+input! {
+    /// How a mesh is drawn; 0 is the default.
+    MeshRenderDesc(own) = splat_mesh_render_desc {
+        /** `MeshFlags::UNLIT` */ flags: MeshFlags = own.flags.0,
+        /** samples of a pixel's side: 1, 2, 4 or 8; 0 = 4 */ samples: u32 = own.samples,
+        /** RGB, sRGB, 0 to 1 */ background: [f32; 3] = own.background,
+        /// where the sky is, in the mesh's axes; all 0 = 0, 0, 1. The main light comes from 45 degrees above the
+        /// horizon
+        up: [f64; 3] = own.up,
+        /// nearer points are not there, the mesh's units; 0 = 10^-3 of the box's diagonal
+        near_plane: f64 = own.near_plane,
+    }
+}
+
 /// A pinhole camera. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -1167,7 +1262,7 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 104] = [
+pub(crate) const WORDS: [(&str, &str); 113] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
     ("SPLAT_CONVENTION_RAY_MAXIMUM", "Convention::RAY_MAXIMUM"), ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"),
@@ -1177,11 +1272,13 @@ pub(crate) const WORDS: [(&str, &str); 104] = [
     ("SPLAT_IMAGE_GIF", "ImageFormat::GIF"), ("SPLAT_IMAGE_NPY", "ImageFormat::NPY"),
     ("SPLAT_IMAGE_PNG", "ImageFormat::PNG"), ("SPLAT_IMAGE_PNG16", "ImageFormat::PNG16"),
     ("SPLAT_IMAGE_WEBP", "ImageFormat::WEBP"), ("SPLAT_LOAD_ADAPTERS", "LoadFlags::ADAPTERS"),
-    ("SPLAT_MAP_FILTER_", "MapFilter"), ("SPLAT_MODEL_GRADIENTS", "ModelFlags::GRADIENTS"),
+    ("SPLAT_MAP_FILTER_", "MapFilter"), ("SPLAT_MESH_AS_GIVEN", "MeshSize::AS_GIVEN"),
+    ("SPLAT_MESH_UNIT_SPHERE", "MeshSize::UNIT_SPHERE"), ("SPLAT_MODEL_GRADIENTS", "ModelFlags::GRADIENTS"),
     ("SPLAT_MODEL_INPUT_GRADIENTS", "ModelFlags::INPUT_GRADIENTS"),
     ("SPLAT_MODEL_RECOMPUTE", "ModelFlags::RECOMPUTE"), ("SPLAT_MODULE_GRADIENTS", "ModuleFlags::GRADIENTS"),
     ("SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags::INPUT_GRADIENTS"), ("SPLAT_PASS_TENSORS", "PassFlags::TENSORS"),
-    ("SPLAT_PICTURE_WHOLE", "PictureFlags::WHOLE"), ("SPLAT_PIXEL_", "Pixel"), ("SPLAT_PORT_KIND_", "PortKind"),
+    ("SPLAT_PICTURE_WHOLE", "PictureFlags::WHOLE"), ("SPLAT_PIXEL_", "Pixel"), ("SPLAT_PIXEL_F16", "Pixel::F16"),
+    ("SPLAT_PIXEL_F32", "Pixel::F32"), ("SPLAT_PIXEL_U8", "Pixel::U8"), ("SPLAT_PORT_KIND_", "PortKind"),
     ("SPLAT_RASTERIZER_ANTIALIASED", "RasterizerFlags::ANTIALIASED"),
     ("SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags::BACKWARD"),
     ("SPLAT_RASTERIZER_CONTRIBUTIONS", "RasterizerFlags::CONTRIBUTIONS"),
@@ -1208,7 +1305,8 @@ pub(crate) const WORDS: [(&str, &str); 104] = [
     ("splat_evaluator", "Evaluator"), ("splat_evaluator_score", "Evaluator::score"), ("splat_fit_open", "Fit::open"),
     ("splat_fit_score", "Scoring::open"), ("splat_gaussians_desc", "Gaussians"),
     ("splat_gradients_desc", "Gradients"), ("splat_lpips", "Lpips"), ("splat_lpips_desc", "Lpips"),
-    ("splat_model", "Model"), ("splat_model_backward", "Model::backward"), ("splat_model_forward", "Model::forward"),
+    ("splat_mesh", "Mesh"), ("splat_mesh_write_views", "Mesh::write_views"), ("splat_model", "Model"),
+    ("splat_model_backward", "Model::backward"), ("splat_model_forward", "Model::forward"),
     ("splat_model_load", "Model::load"), ("splat_model_ports", "Model::ports"), ("splat_module", "Module"),
     ("splat_op", "Op"), ("splat_optimizer", "Optimizer"), ("splat_picture_cut_desc", "PictureCut"),
     ("splat_predictor", "Predictor"), ("splat_prior_model", "PriorModel"), ("splat_raster_state", "RasterState"),
@@ -1216,8 +1314,9 @@ pub(crate) const WORDS: [(&str, &str); 104] = [
     ("splat_rasterizer_forward", "Rasterizer::forward"), ("splat_rasterizer_read", "Rasterizer::read"),
     ("splat_run", "Run"), ("splat_run_next", "Run::next"), ("splat_scene", "Scene"), ("splat_tensor", "Tensor"),
     ("splat_tensor_map", "Tensor::map"), ("splat_tensor_unmap", "Mapping::unmap"), ("splat_trainer", "Trainer"),
-    ("splat_training_open", "Training::open"), ("splat_weights", "Weights"), ("value_count", "values.len()"),
-    ("view_range_count", "view_ranges.len()"), ("weight_count", "weights.len()"),
+    ("splat_training_open", "Training::open"), ("splat_weights", "Weights"), ("triangle_count", "triangles.len()"),
+    ("value_count", "values.len()"), ("vertex_count", "vertices.len()"), ("view_range_count", "view_ranges.len()"),
+    ("weight_count", "weights.len()"),
 ];
 
 #[cfg(test)]
@@ -1263,5 +1362,6 @@ mod tests {
         <crate::Evaluator as NotSync<_>>::told();
         send_and_sync::<crate::Comparison>();
         send_and_sync::<crate::PriorModel>();
+        send_and_sync::<crate::Mesh>();
     }
 }
