@@ -199,8 +199,8 @@ enum {
 /* What is behind an object. */
 typedef int32_t splat_mesh_background;
 enum {
-    SPLAT_MESH_BACKGROUND_WHITE = 0,
-    SPLAT_MESH_BACKGROUND_BLACK = 1,
+    SPLAT_MESH_BACKGROUND_WHITE = 0,   /* 1 in all channels */
+    SPLAT_MESH_BACKGROUND_BLACK = 1,   /* 0 in all channels */
     SPLAT_MESH_BACKGROUND_GRAY = 2,    /* 0.5 in sRGB */
     SPLAT_MESH_BACKGROUND_PLAIN = 3,   /* a random colour for each view */
     SPLAT_MESH_BACKGROUND_GRADIENT = 4 /* between two random colours, in a random direction */

@@ -625,8 +625,8 @@ namespace Splat
     /// <summary>What is behind an object.</summary>
     public enum MeshBackground : int
     {
-        White = 0,
-        Black = 1,
+        /** <summary>1 in all channels</summary> */ White = 0,
+        /** <summary>0 in all channels</summary> */ Black = 1,
         /** <summary>0.5 in sRGB</summary> */ Gray = 2,
         /** <summary>a random colour for each view</summary> */ Plain = 3,
         /** <summary>between two random colours, in a random direction</summary> */ Gradient = 4,

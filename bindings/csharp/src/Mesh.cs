@@ -58,7 +58,7 @@ namespace Splat
     }
 
     /// <summary>A surface of triangles in host memory. Thread-safe.</summary>
-    public sealed unsafe class Mesh : NativeObject<SafeMeshHandle>
+    public sealed unsafe partial class Mesh : NativeObject<SafeMeshHandle>
     {
         /// <summary>Create a mesh of arrays, which are copied.</summary>
         public Mesh(MeshArrays arrays) : base(Create(Check.NotNull(arrays, nameof(arrays))))

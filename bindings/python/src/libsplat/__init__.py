@@ -28,6 +28,7 @@ from .evaluator import Comparison, EvaluatedViews, Evaluator, Lpips
 from .image import Image, animation_to_bytes, compare_images, save_animation
 from .log import set_decode_limits, set_log
 from .mesh import Mesh
+from .mesh_views import MeshViews
 from .model import Model, Port
 from .module import Module, Op, operators
 from .optimizer import Group, Optimizer
@@ -49,7 +50,7 @@ __all__ = [
     "Access", "Batch", "Batches", "Camera", "Cancelled", "Comparison", "Convention", "CudaArray", "Dataset",
     "Device", "DeviceKind", "DeviceLost", "DrawnFlags", "Dtype", "Error", "EvaluatedViews", "Evaluator", "Event",
     "ExternalMemory", "Fit", "FormatError", "Found", "Frame", "Group", "Image", "InternalError", "InvalidArgument",
-    "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Mesh", "Metric",
+    "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Mesh", "MeshViews", "Metric",
     "MissingName", "Model", "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
     "OutOfMemory", "Output", "Picture", "Pixel", "Port", "Precision", "Prediction", "Predictor",
     "PriorModel", "Ranks", "RasterState", "Rasterizer", "Result", "Run", "RunEventKind", "Scene",

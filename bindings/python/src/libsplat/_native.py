@@ -978,6 +978,8 @@ MeshProtocolName = Literal["sphere", "hemisphere", "orbit"]
 class MeshBackground(OpenEnum):
     """What is behind an object.
 
+    WHITE     1 in all channels
+    BLACK     0 in all channels
     GRAY      0.5 in sRGB
     PLAIN     a random colour for each view
     GRADIENT  between two random colours, in a random direction

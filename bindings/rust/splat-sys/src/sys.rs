@@ -371,8 +371,8 @@ pub const SPLAT_MESH_PROTOCOL_SPHERE: splat_mesh_protocol = 0;
 /** at equal angles on a circle, in every split */ pub const SPLAT_MESH_PROTOCOL_ORBIT: splat_mesh_protocol = 2;
 
 /** What is behind an object. */ pub type splat_mesh_background = i32;
-pub const SPLAT_MESH_BACKGROUND_WHITE: splat_mesh_background = 0;
-pub const SPLAT_MESH_BACKGROUND_BLACK: splat_mesh_background = 1;
+/** 1 in all channels */ pub const SPLAT_MESH_BACKGROUND_WHITE: splat_mesh_background = 0;
+/** 0 in all channels */ pub const SPLAT_MESH_BACKGROUND_BLACK: splat_mesh_background = 1;
 /** 0.5 in sRGB */ pub const SPLAT_MESH_BACKGROUND_GRAY: splat_mesh_background = 2;
 /** a random colour for each view */ pub const SPLAT_MESH_BACKGROUND_PLAIN: splat_mesh_background = 3;
 /// between two random colours, in a random direction

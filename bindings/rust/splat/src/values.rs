@@ -594,8 +594,8 @@ number! {
 number! {
     /// What is behind an object.
     MeshBackground {
-        WHITE = SPLAT_MESH_BACKGROUND_WHITE,
-        BLACK = SPLAT_MESH_BACKGROUND_BLACK,
+        /** 1 in all channels */ WHITE = SPLAT_MESH_BACKGROUND_WHITE,
+        /** 0 in all channels */ BLACK = SPLAT_MESH_BACKGROUND_BLACK,
         /** 0.5 in sRGB */ GRAY = SPLAT_MESH_BACKGROUND_GRAY,
         /** a random colour for each view */ PLAIN = SPLAT_MESH_BACKGROUND_PLAIN,
         /** between two random colours, in a random direction */ GRADIENT = SPLAT_MESH_BACKGROUND_GRADIENT,
