@@ -82,7 +82,7 @@ Status write_geometry(vk::Context& context, const scene::TriangleMesh& mesh, Mes
     SPLAT_TRY(write_elements(
         context, to.vertices.range(), mesh.vertices.size(), 4,
         [&](std::size_t i, std::uint32_t* words) {
-            constexpr double kMost = 1U << kVertexBits;
+            constexpr double kMost = (1U << kVertexBits) - 1;  // differences fit 32 bits
             for (std::size_t k = 0; k < 3; ++k) {
                 // Vertices that no triangle names may lie anywhere.
                 const double units =

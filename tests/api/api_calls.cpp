@@ -275,6 +275,23 @@ splat_compare_desc compare_desc() {
     return desc;
 }
 
+splat_mesh_desc mesh_desc() {
+    // Counterclockwise, seen from the origin.
+    static const double vertices[12] = {-1, -1, 3, 1, -1, 3, 1, 1, 3, -1, 1, 3};
+    static const std::uint32_t triangles[6] = {0, 2, 1, 0, 3, 2};
+    auto desc = sized<splat_mesh_desc>();
+    desc.vertices = vertices;
+    desc.vertex_count = 12;
+    desc.triangles = triangles;
+    desc.triangle_count = 6;
+    return desc;
+}
+
+Mesh make_mesh() {
+    const splat_mesh_desc desc = mesh_desc();
+    return got(splat_mesh_create, &desc);
+}
+
 Comparison make_comparison() {
     const splat_compare_desc desc = compare_desc();
     return got(splat_compare_scores, &desc);

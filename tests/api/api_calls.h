@@ -129,6 +129,7 @@ SPLAT_OWNER(Device, splat_device)
 SPLAT_OWNER(Tensor, splat_tensor)
 SPLAT_OWNER(Op, splat_op)
 SPLAT_OWNER(Scene, splat_scene)
+SPLAT_OWNER(Mesh, splat_mesh)
 SPLAT_OWNER(Optimizer, splat_optimizer)
 SPLAT_OWNER(Rasterizer, splat_rasterizer)
 SPLAT_OWNER(RasterState, splat_raster_state)
@@ -307,6 +308,11 @@ Evaluator make_evaluator(splat_dataset dataset);
 /// Two methods on the objects "x" and "y".
 splat_compare_desc compare_desc();
 Comparison make_comparison();
+
+/// Two triangles: the square from -1 to 1 of the plane z = 3, which faces the origin; the arrays live as long as the
+/// program.
+splat_mesh_desc mesh_desc();
+Mesh make_mesh();
 
 /// silu of "x" [1,4], and its description; the port lives as long as the program.
 splat_module_desc module_desc();

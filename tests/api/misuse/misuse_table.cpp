@@ -19,6 +19,7 @@ MisuseTable::MisuseTable() {
     forward_rows();
     raster_output_rows();
     scene_render_rows();
+    mesh_rows();
     image_rows();
     image_memory_rows();
     weights_rows();
@@ -45,6 +46,7 @@ void MisuseTable::keep_objects() {
     keep(tensor_, make_tensor(device_, {1}));
     keep(op_, make_op(device_, request_));
     keep(scene_, SampleScene(1).create());
+    keep(mesh_, make_mesh());
     keep(rasterizer_, make_rasterizer(device_, rasterizer_desc(1, 16, 16)));
     keep(state_, make_state(rasterizer_));
     keep(weights_, make_weights());

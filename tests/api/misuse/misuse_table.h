@@ -114,6 +114,7 @@ class MisuseTable {
     void forward_rows();
     void raster_output_rows();
     void scene_render_rows();
+    void mesh_rows();
     void image_rows();
     void image_memory_rows();
     void weights_rows();
@@ -264,6 +265,7 @@ class MisuseTable {
     OpRequest request_{"linear", {matrix_, matrix_, nullptr}, {result_}};
     Op op_ = make_op(device_, request_);
     Scene scene_ = SampleScene(3).create();
+    Mesh mesh_ = make_mesh();
     Rasterizer rasterizer_ =
         make_rasterizer(device_, rasterizer_desc(3, 16, 16, SPLAT_RASTERIZER_BACKWARD, 1));
     Rasterizer drawn_ = make_rasterizer(device_, rasterizer_desc(3, 16, 16));

@@ -5,6 +5,7 @@ namespace splat::test {
 namespace {
 
 constexpr char kNoFormat[] = "no file of any kind";
+constexpr const char* kNoMesh = "/nonexistent/mesh.obj";
 constexpr const char* kNoImageFile = "/nonexistent/file.png";
 constexpr double kOrigin[16] = {};
 constexpr double kOnes[3] = {1, 1, 1};
@@ -39,6 +40,7 @@ void MisuseTable::right_descs() {
     good(training_desc(dataset_, folder));
     good(compare_desc());
     good(sample_camera(16, 16));
+    good(mesh_desc());
     good(kPicture);
     good(splat_similarity{{1, 0, 0, 0}, {0, 0, 0}, 1});
     good(splat_named_array{"a", static_cast<float*>(kMap.pixels), 6, {2, 3}, 2, 0});
@@ -47,6 +49,8 @@ void MisuseTable::right_descs() {
         black, sizeof black * 3 / 4, SPLAT_PIXEL_U8, 16, 16, 3, 0, 0, 0};
     good<splat_picture_cut_desc>().resolution = 16;
     good<splat_prior_maps>().mask = kMap;
+    good<splat_mesh_maps>().color = {black, sizeof black * 3 / 4, SPLAT_PIXEL_U8, 16, 16, 3, 0, 0,
+                                     0};
     good<splat_normals_desc>().focal_x = good<splat_normals_desc>().focal_y = 4;
     auto& target = good<splat_vulkan_target>();
     target.buffer = 1;  // never followed: the device is the library's own
@@ -136,6 +140,10 @@ void MisuseTable::right_calls() {
     SPLAT_RIGHT(splat_rasterizer_read, kCut, drawn_, nullptr, SPLAT_OUTPUT_DEPTHS, values_out(),
                 64);
     SPLAT_RIGHT(splat_scene_render, kCut, scene_, device_, &camera, 1, nullptr, &drawn);
+    SPLAT_RIGHT(splat_mesh_load, kCut, kNoMesh, nullptr, out<splat_mesh>());
+    SPLAT_RIGHT(splat_mesh_sample, kCut, mesh_, 0, values_out(), 3);
+    SPLAT_RIGHT(splat_mesh_render, kCut, mesh_, device_, &camera, 1, nullptr,
+                &good<splat_mesh_maps>());
     SPLAT_RIGHT(splat_picture_mask, kCut, &kPicture, &mask, nullptr);
     SPLAT_RIGHT(splat_normals_from_depth, kCut, &kMap, &good<splat_normals_desc>(), &normal);
     SPLAT_RIGHT(splat_prior_compare_depth, kCut, &kMap, &kMap, nullptr, 0,
@@ -144,7 +152,7 @@ void MisuseTable::right_calls() {
                 out<splat_normal_scores>());
     SPLAT_RIGHT(splat_prior_compare_masks, kCut, &kMap, &kMap, 0, out<splat_mask_scores>());
     SPLAT_RIGHT(splat_prior_filter, kCut, &kMap, SPLAT_MAP_FILTER_SOBEL, &mask);
-    SPLAT_RIGHT(splat_points_from_mesh, kCut, "/nonexistent/mesh.obj", 0, values_out(), 3);
+    SPLAT_RIGHT(splat_points_from_mesh, kCut, kNoMesh, 0, values_out(), 3);
     SPLAT_RIGHT(splat_points_from_depth, kCut, &kMap, &camera, values_out(), 16, nullptr);
     SPLAT_RIGHT(splat_scene_compare_points, kCut, scene_, 0, values_out(), 3, 1,
                 out<splat_point_scores>());

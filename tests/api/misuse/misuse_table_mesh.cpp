@@ -1,0 +1,79 @@
+// The rows of meshes.
+#include <cmath>
+
+#include "api/misuse/misuse_table.h"
+
+namespace splat::test {
+namespace {
+
+constexpr double kFar[12] = {0, 0, 0, 1, 0, 0, NAN, 1, 0, 0, 0, 1};
+constexpr std::uint32_t kBeyond[3] = {0, 1, 4};
+constexpr float kNumbers[24] = {};
+constexpr std::uint8_t kTexel[4] = {};
+
+}  // namespace
+
+void MisuseTable::mesh_rows() {
+    const auto invalid = wrong_structs<splat_mesh_desc>("splat_mesh_create");
+    invalid("no vertices", kArgument, [](auto& d) { d.vertices = nullptr; });
+    invalid("no triangles", kArgument, [](auto& d) { d.triangles = nullptr; });
+    invalid("none at all", kArgument, [](auto& d) { d.triangle_count = 0; });
+    invalid("a part of a vertex", kArgument, [](auto& d) { d.vertex_count = 11; });
+    invalid("a part of a triangle", kArgument, [](auto& d) { d.triangle_count = 2; });
+    invalid("too many", kArgument, [](auto& d) { d.vertex_count = 3 * (std::uint64_t{1} << 33U); });
+    invalid("not finite", kArgument, [](auto& d) { d.vertices = kFar; });
+    invalid("of no vertex", kArgument, [](auto& d) {
+        d.triangles = kBeyond;
+        d.triangle_count = 3;
+    });
+    for (const auto& [array, count] :
+         {std::pair{&splat_mesh_desc::normals, &splat_mesh_desc::normal_count},
+          std::pair{&splat_mesh_desc::texcoords, &splat_mesh_desc::texcoord_count},
+          std::pair{&splat_mesh_desc::colors, &splat_mesh_desc::color_count}}) {
+        invalid("a count without an array", kArgument, [count = count](auto& d) { d.*count = 12; });
+        invalid("of other vertices", kArgument, [array = array, count = count](auto& d) {
+            d.*array = kNumbers;
+            d.*count = 24;
+        });
+    }
+    invalid("a texture without texels", kArgument, [](auto& d) { d.texture_count = 4; });
+    invalid("a texture without a size", kArgument, [](auto& d) {
+        d.texture = kTexel;
+        d.texture_count = 4;
+    });
+    invalid("a texture of another size", kArgument, [](auto& d) {
+        d.texture = kTexel;
+        d.texture_count = 4;
+        d.texture_width = d.texture_height = 2;
+    });
+    invalid("a colour out of range", kArgument, [](auto& d) { d.base_color[0] = -1; });
+    invalid("a flag of reading", kArgument, [](auto& d) { d.flags = SPLAT_MESH_LENIENT; });
+    SPLAT_WRONG(splat_mesh_load)
+        .each("path", "no file", kNotFound, "/nonexistent/mesh.obj")
+        .each("path", "no mesh", kUnsupported, "mesh.png");
+    SPLAT_WRONG(splat_mesh_sample).each("count", "a part of a point", kArgument, 4);
+    const auto drawn = wrong_structs<splat_mesh_render_desc>("splat_mesh_render");
+    drawn("samples of no power of two", kArgument, [](auto& d) { d.samples = 3; });
+    drawn("a background out of range", kArgument, [](auto& d) { d.background[2] = 2; });
+    drawn("up is not finite", kArgument, [](auto& d) { d.up[1] = INFINITY; });
+    drawn("near_plane is negative", kArgument, [](auto& d) { d.near_plane = -1; });
+    drawn("a flag of reading", kArgument, [](auto& d) { d.flags = SPLAT_MESH_LENIENT; });
+    const auto render = SPLAT_WRONG(splat_mesh_render);
+    render.each("cameras", "NULL", kArgument, nullptr)
+        .each("cameras", "all zeros", kArgument, splat_camera{})
+        .each("maps", "NULL", kArgument, nullptr)
+        .each("maps", "none wanted", kArgument, splat_mesh_maps{})
+        .each("count", "0: nothing to draw", SPLAT_OK, 0U);
+    const auto maps = wrong_structs<splat_mesh_maps>("splat_mesh_render", "maps");
+    maps("another size", kShape, [](auto& m) { m.color.width = 15; });
+    maps("two channels", kShape, [](auto& m) { m.color.channels = 2; });
+    maps("bytes for depth", kArgument, [](auto& m) {
+        m.depth = m.color;
+        m.depth.channels = 1;
+    });
+    maps("bytes for normals", kArgument, [](auto& m) { m.normal = m.color; });
+    maps("a mask of three channels", kShape, [](auto& m) { m.mask = m.color; });
+    maps("no type", kArgument, [](auto& m) { m.color.type = 0; });
+}
+
+}  // namespace splat::test
