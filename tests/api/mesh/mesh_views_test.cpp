@@ -8,7 +8,7 @@ namespace splat::test {
 namespace {
 
 /// The cube of side 0.5 around the origin.
-splat_mesh make_cube() {
+Mesh make_cube() {
     static const std::vector<double> vertices = [] {
         std::vector<double> made;
         for (const double z : {-0.25, 0.25})
@@ -24,9 +24,7 @@ splat_mesh make_cube() {
     desc.vertex_count = vertices.size();
     desc.triangles = triangles.data();
     desc.triangle_count = triangles.size();
-    splat_mesh mesh = nullptr;
-    EXPECT_DONE(splat_mesh_create(&desc, &mesh));
-    return mesh;
+    return got(splat_mesh_create, &desc);
 }
 
 /// Two views of 32 x 32 pixels, on an orbit.
@@ -51,16 +49,11 @@ std::int32_t is_there(const splat_mesh_views_desc& desc) {
 
 class ApiMeshViews : public testing::Test {
   protected:
-    void SetUp() override {
-        mesh_ = make_cube();
-        desc_ = views_desc(folder_.c_str());
-    }
-    void TearDown() override { EXPECT_DONE(splat_mesh_destroy(mesh_)); }
     void write() { ASSERT_DONE(splat_mesh_write_views(mesh_, shared_device(), &desc_)); }
 
     Temporary folder_;
-    splat_mesh mesh_ = nullptr;
-    splat_mesh_views_desc desc_{};
+    const Mesh mesh_ = make_cube();
+    splat_mesh_views_desc desc_ = views_desc(folder_.c_str());
 };
 
 TEST_F(ApiMeshViews, AreADataSetThatShowsTheMesh) {
