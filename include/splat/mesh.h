@@ -217,7 +217,7 @@ typedef struct splat_mesh_views_desc {
     const char* layout;
     const char* category; /* in names of folders; NULL: objects */
     const char* split;    /* "train", "val", "test"; NULL: train */
-    const char* name;     /* of the object; as splat_path_name gives it */
+    const char* name;     /* name of the object, as splat_path_name gives it */
     /* how meshes were made ready, such as "unit_diagonal", in words that all objects of a folder must have
      * in common; NULL: none */
     const char* prepared;

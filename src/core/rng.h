@@ -25,7 +25,8 @@ constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> count
     return counter;
 }
 
-/// Random numbers from a seed and three words that name a stream, such as those of an object; the same on every machine.
+/// Random numbers from a seed and three words that name a stream, such as those of an object; the same on every
+/// machine.
 class Random {
   public:
     Random(std::uint64_t seed, std::uint32_t first, std::uint32_t second, std::uint32_t third)

@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "core/os/path.h"
 #include "core/status.h"
 #include "io/image.h"
 #include "scene/camera.h"
@@ -21,16 +22,16 @@ std::string srn_pose(const scene::Camera& camera);
 Status write_picture(const std::filesystem::path& folder, const std::string& kind,
                      const std::string& name, const Image& picture);
 
-/// True if the file `name` of a folder has this text, which tells the values that its data was made with; false without
-/// the file. Errors: kInvalidArgument with both texts if it has another; as read_file().
+/// True if the file `name` of a folder has this text, which tells the values that its data was made with; false
+/// without the file. Errors: kInvalidArgument with both texts if it has another; as read_file().
 Result<bool> is_made_with(const std::filesystem::path& folder, const char* name,
                           const std::string& values);
 
 /// The same, and writes the file where there is none. Errors: also as write_file().
 Status make_with(const std::filesystem::path& folder, const char* name, const std::string& values);
 
-/// Write a folder once: it appears whole or not at all, and an existing one is kept. What killed processes left of it is
-/// removed. Thread-safe, also for the same folder. Errors: those of write_folder().
+/// Write a folder once: it appears whole or not at all, and an existing one is kept. What killed processes left of
+/// it is removed. Thread-safe, also for the same folder. Errors: those of write_folder().
 Status write_once(const std::filesystem::path& folder,
                   const std::function<Status(const std::filesystem::path&)>& write);
 

@@ -12,7 +12,7 @@ namespace splat::mesh_views {
 struct Look {
     std::array<float, 3> from{}, to{};  ///< sRGB at the ends of a gradient; equal for one colour
     double across = 0, down = 0;        ///< the gradient's direction, of length 1
-    double gain = 1;                    ///< of the object's light
+    double gain = 1;                    ///< the object's light is multiplied by it
 
     /// The colour behind the middle of a pixel.
     [[nodiscard]] std::array<float, 3> at(std::uint32_t x, std::uint32_t y,

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kViewBytes = 64 << 20;  ///< of views that are drawn together
+constexpr std::uint64_t kViewBytes = 64 << 20;  ///< memory of views that are drawn together
 constexpr std::uint64_t kMostViews = 16;
 constexpr std::uint64_t kPixelBytes = 11 * sizeof(float);
 constexpr const char* kValuesFile = "rendered.json";

@@ -21,13 +21,13 @@ struct Drawn {
 /// Draws the mesh from cameras in its own axes.
 using Draw = std::function<Result<std::vector<Drawn>>(std::span<const scene::Camera>)>;
 
-/// True if the object is there. Errors: of check_desc(); kInvalidArgument for a folder of data made with other values, and
-/// for an object that another split has.
+/// True if the object is there. Errors: of check_desc(); kInvalidArgument for a folder of data made with other
+/// values, and for an object that another split has.
 Result<bool> has_object(const ViewsDesc& desc);
 
-/// Write one object: its views, maps as synthetic::write_object() has them (the mask is `alpha`; the background of depth
-/// is behind the mesh's box), and points.ply, on the surface, in the world of the data set. Its folder appears whole or
-/// not at all; an existing one is kept.
+/// Write one object: its views, maps as synthetic::write_object() has them (the mask is `alpha`; the background of
+/// depth is behind the mesh's box), and points.ply, on the surface, in the world of the data set. Its folder
+/// appears whole or not at all; an existing one is kept.
 ///
 /// Errors        of has_object() and `draw`; kFormat for a mesh without area, and one that no view shows; as
 ///               io::write_file()

@@ -15,17 +15,17 @@ namespace splat::mesh_views {
 /// <split>/<name>/ with transforms.json, rgb/ and maps.
 enum class Layout { kSrn, kImages };
 
-/// Where cameras stand; all look at the origin. kSphere: at random around the object; kHemisphere: at random above the
-/// horizon; of both, views of val and test are on a spiral (scene::spiral_direction()). kOrbit: at equal angles on a
-/// circle, in all splits.
+/// Where cameras stand; all look at the origin. kSphere: at random around the object; kHemisphere: at random above
+/// the horizon; of both, views of val and test are on a spiral (scene::spiral_direction()). kOrbit: at equal angles
+/// on a circle, in all splits.
 enum class Protocol { kSphere, kHemisphere, kOrbit };
 
-/// What is behind the object, in sRGB: white, black, gray (0.5), a random colour for each view, or a gradient between two
-/// in a random direction.
+/// What is behind the object, in sRGB: white, black, gray (0.5), a random colour for each view, or a gradient
+/// between two in a random direction.
 enum class Background { kWhite, kBlack, kGray, kPlain, kGradient };
 
-/// The upward axis of the mesh's file. In the data set z is up: y-up meshes are turned, so that z becomes x, x becomes y
-/// and y becomes z.
+/// The upward axis of the mesh's file. In the data set z is up: y-up meshes are turned, so that z becomes x, x
+/// becomes y and y becomes z.
 enum class Up { kY, kZ };
 
 inline constexpr double kDegree = 0.017453292519943295;
@@ -35,13 +35,13 @@ struct ViewsDesc {
     Layout layout = Layout::kSrn;
     std::string category = "objects";
     std::string split = "train";
-    std::string name;  ///< of the object; with the seed it decides all that is random
+    std::string name;  ///< object's name; with the seed it decides all that is random
     std::string
         prepared;  ///< words on how meshes were made ready, which all objects have in common
     std::uint64_t seed = 0;
     std::uint32_t size = 128;
     std::uint32_t train_views = 50;
-    std::uint32_t test_views = 251;  ///< of val and test
+    std::uint32_t test_views = 251;  ///< views of an object of val and test
     std::uint32_t samples = 4;       ///< a side of each pixel; only told here
     std::uint32_t points = 10000;    ///< on the surface; 0: none
     bool depth = true, normal = true, mask = true, albedo = false;
@@ -50,9 +50,9 @@ struct ViewsDesc {
     Up up = Up::kZ;
     double distance = 1.3;
     double fov_x = 0;                 ///< radians; 0: that of SRN's data, 131.25 pixels of 128
-    double elevation = 20 * kDegree;  ///< of an orbit, above the horizon
-    /// Radians: each camera rolls, and aims beside the origin to the right and down, by up to this angle, and stands by
-    /// up to this share (1 degree: 1 %) nearer or farther.
+    double elevation = 20 * kDegree;  ///< height of an orbit above the horizon
+    /// Radians: each camera rolls, and aims beside the origin to the right and down, by up to this angle, and
+    /// stands by up to this share (1 degree: 1 %) nearer or farther.
     double jitter = 0;
     double exposure =
         0;  ///< stops: the object's light is multiplied by 2^e, e up to this away from 0

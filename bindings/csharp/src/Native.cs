@@ -4805,7 +4805,7 @@ namespace Splat.Interop
         public byte* layout;
         /** <summary>in names of folders; NULL: objects</summary> */ public byte* category;
         /** <summary>"train", "val", "test"; NULL: train</summary> */ public byte* split;
-        /** <summary>of the object; as splat_path_name gives it</summary> */ public byte* name;
+        /** <summary>name of the object, as splat_path_name gives it</summary> */ public byte* name;
         /// <summary>how meshes were made ready, such as "unit_diagonal", in words that all objects of a folder must
         /// have in common; NULL: none</summary>
         public byte* prepared;

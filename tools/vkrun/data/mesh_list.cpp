@@ -76,7 +76,7 @@ std::array<std::size_t, 3> parts_of(std::size_t count, const std::array<double, 
         std::size_t& most = *std::max_element(parts.begin(), parts.end());
         if (most > 1)
             --most;
-        else  // as many meshes as splits or fewer
+        else  // there are as many meshes as splits or fewer
             *std::find(parts.rbegin(), parts.rend(), 1U) = 0;
     }
     return parts;

@@ -10,13 +10,13 @@ namespace vkrun {
 /// A mesh that becomes an object of a data set.
 struct MeshFile {
     std::string path;
-    std::string name;  ///< of the object, as one part of a path
+    std::string name;  ///< object's name, as one part of a path
     std::string split;
 };
 
-/// The meshes of files and folders, .obj, .glb and .gltf, sorted by name. An object has the stem of its file, or where
-/// that says nothing (model.obj, models/model_normalized.obj as in ShapeNet, scene.gltf) the name of the folder. Throws a
-/// Failure without any, for an unreadable folder, and for two of one name.
+/// The meshes of files and folders, .obj, .glb and .gltf, sorted by name. An object has the stem of its file, or
+/// where that says nothing (model.obj, models/model_normalized.obj as in ShapeNet, scene.gltf) the name of the
+/// folder. Throws a Failure without any, for an unreadable folder, and for two of one name.
 std::vector<MeshFile> find_meshes(const std::vector<std::string>& from);
 
 /// Deals meshes to train, val and test by their names and a seed, so that their order does not matter. Shares are

@@ -27,8 +27,7 @@ from .device import Device, default_device, describe, devices
 from .evaluator import Comparison, EvaluatedViews, Evaluator, Lpips
 from .image import Image, animation_to_bytes, compare_images, save_animation
 from .log import set_decode_limits, set_log
-from .mesh import Mesh
-from .mesh_views import MeshViews
+from .mesh import Mesh, MeshViews
 from .model import Model, Port
 from .module import Module, Op, operators
 from .optimizer import Group, Optimizer

@@ -1909,7 +1909,7 @@ pub struct splat_mesh_views_desc {
     pub layout: *const c_char,
     /** in names of folders; NULL: objects */ pub category: *const c_char,
     /** "train", "val", "test"; NULL: train */ pub split: *const c_char,
-    /** of the object; as splat_path_name gives it */ pub name: *const c_char,
+    /** name of the object, as splat_path_name gives it */ pub name: *const c_char,
     /// how meshes were made ready, such as "unit_diagonal", in words that all objects of a folder must have in
     /// common; NULL: none
     pub prepared: *const c_char,

@@ -33,7 +33,6 @@ mod interop;
 mod load;
 pub mod log;
 mod mesh;
-mod mesh_views;
 mod model;
 mod module;
 mod numbers;
@@ -66,8 +65,7 @@ mod types {
     pub use crate::evaluator::{EvaluatedViews, Evaluator, EvaluatorDesc};
     pub use crate::image::{Image, ImageView, ImageViewMut, Lpips};
     pub use crate::load::DecodeLimits;
-    pub use crate::mesh::{Mesh, MeshDesc, MeshMaps};
-    pub use crate::mesh_views::MeshViewsDesc;
+    pub use crate::mesh::{Mesh, MeshDesc, MeshMaps, MeshViewsDesc};
     pub use crate::model::{Model, ModelDesc, ModelGradients, ModelInput};
     pub use crate::module::{Module, ModuleDesc};
     pub use crate::numbers::UnknownCode;
@@ -96,7 +94,7 @@ pub mod prelude {
 
 pub use dataset::{co3d_prepare, path_name, synthetic_write};
 pub use load::{build_info, check_library, set_decode_limits, version, version_string};
-pub use mesh_views::mesh_find_views;
+pub use mesh::mesh_find_views;
 pub use op::op_list;
 pub use picture::picture_cut;
 pub use predictor::builtin_weights;
