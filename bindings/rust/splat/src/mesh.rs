@@ -7,8 +7,8 @@ use crate::image::ImageViewMut;
 use crate::object::object;
 use crate::text::{array, c_optional, c_optional_path, c_path, count, pointer, text, zeros};
 use crate::values::{
-    Camera, MeshBackground, MeshFileDesc, MeshFlags, MeshInfo, MeshProtocol, MeshRenderDesc, MeshSize,
-    MeshViewsFlags,
+    Camera, MeshBackground, MeshFileDesc, MeshFlags, MeshInfo, MeshProtocol, MeshRenderDesc,
+    MeshSize, MeshViewsFlags,
 };
 use splat_sys as sys;
 use std::path::Path;
@@ -113,7 +113,10 @@ pub struct MeshViewsDesc<'a> {
 
 impl MeshViewsDesc<'_> {
     /// Calls `use_it` with the struct of C.
-    fn with_raw(&self, use_it: impl FnOnce(&sys::splat_mesh_views_desc) -> Result<()>) -> Result<()> {
+    fn with_raw(
+        &self,
+        use_it: impl FnOnce(&sys::splat_mesh_views_desc) -> Result<()>,
+    ) -> Result<()> {
         let path = c_optional_path("path", self.path)?;
         let layout = c_optional("layout", self.layout)?;
         let category = c_optional("category", self.category)?;
