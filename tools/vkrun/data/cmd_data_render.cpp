@@ -356,9 +356,10 @@ void add_data_render(CLI::App& data, int& exit_code) {
                      "Views of each validation or test object", 2, 100000);
     add_count_option(*command, "--size", options->size, "Side of the images, pixels", 8, 2048);
     command->add_option("--maps", options->maps, "depth, normal, mask, albedo, or none")
-        ->type_name("LIST")
+        ->type_name("NAME[,NAME]...")
+        ->default_str("depth,normal,mask")
         ->delimiter(',')
-        ->capture_default_str()
+        ->allow_extra_args(false)
         ->check(one_of({"depth", "normal", "mask", "albedo", "none"}));
     add_count_option(*command, "--points", options->points,
                      "Points on the surface of each object; 0: none", 0, 10000000);
@@ -370,9 +371,9 @@ void add_data_render(CLI::App& data, int& exit_code) {
     add_look_options(*command, *options);
     command->add_option("--splits", options->splits, "Shares of train, val and test")
         ->type_name("A,B,C")
+        ->default_str("0.8,0.1,0.1")
         ->delimiter(',')
-        ->expected(3)
-        ->capture_default_str();
+        ->expected(3);
     command->add_option("--seed", options->seed, "Seed of all random choices")
         ->type_name("N")
         ->capture_default_str();
