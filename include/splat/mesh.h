@@ -24,9 +24,9 @@ extern "C" {
 enum {
     /* leave out textures and materials that cannot be read, with a warning, instead of refusing the file */
     SPLAT_MESH_LENIENT = 1u << 0,
-    /* of splat_mesh_create: only the side is drawn on which the corners turn counterclockwise */
+    /* splat_mesh_create: only the side is drawn on which the corners turn counterclockwise */
     SPLAT_MESH_SINGLE_SIDED = 1u << 1,
-    /* of splat_mesh_render: color is the base colour, as albedo */
+    /* splat_mesh_render: color is the base colour, as albedo */
     SPLAT_MESH_UNLIT = 1u << 2
 };
 
@@ -60,7 +60,7 @@ typedef struct splat_mesh_desc {
     uint64_t vertex_count;
     const uint32_t* triangles; /* three numbers of vertices of each */
     uint64_t triangle_count;
-    const float* normals;      /* of each vertex, any lengths; NULL: those of the faces */
+    const float* normals;      /* x, y, z at each vertex, any lengths; NULL: those of the faces */
     uint64_t normal_count;
     const float* texcoords;    /* u, v of each vertex, v from the top down; NULL: no texture */
     uint64_t texcoord_count;

@@ -5,7 +5,7 @@
 // uvec4 [T]: the first and the last subpixels, from the image's upper left corner.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
-#include "params/triangle_params.h"
+#include "params/triangles/triangle_params.h"
 #include "table.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;

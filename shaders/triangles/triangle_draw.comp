@@ -7,7 +7,7 @@
 // Specialisation: kTransparent: points of some materials may not be there.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
-#include "params/triangle_params.h"
+#include "params/triangles/triangle_params.h"
 #include "table.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
@@ -56,7 +56,8 @@ uint triangle_of_pair(inout uint rest) {
 ivec4 samples_of(ivec4 box, ivec2 tile, int first, int step) {
     const ivec2 low = max(max(box.xy, tile), ivec2(first));
     const ivec2 high = min(box.zw, tile + int(kTriangleTile * kSubpixels) - 1) - first;
-    return ivec4((low - first + step - 1) / step, ivec2(high.x < 0 ? -1 : high.x / step, high.y < 0 ? -1 : high.y / step));
+    const ivec2 last = ivec2(high.x < 0 ? -1 : high.x / step, high.y < 0 ? -1 : high.y / step);
+    return ivec4((low - first + step - 1) / step, last);
 }
 
 int count_of(ivec4 range) { return max(range.z - range.x + 1, 0) * max(range.w - range.y + 1, 0); }

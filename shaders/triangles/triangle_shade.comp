@@ -7,7 +7,7 @@
 // wanted, RGB of covered samples and their share; depth, normal; albedo and the share.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
-#include "params/triangle_params.h"
+#include "params/triangles/triangle_params.h"
 #include "table.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
@@ -49,7 +49,7 @@ Point point_at(uint number, ivec2 subpixel) {
     return point;
 }
 
-// Of a corner; 0: not known.
+// The file's; 0: not known.
 vec3 corner_normal(uint triangle, uint corner) {
     const uint stride = (params.mesh_bits & kMeshNormalIndices) != 0 ? 3 : 4;
     const uint index = LD1(corner_normals, stride * triangle + corner);

@@ -3,7 +3,7 @@
 // One invocation sums one run.
 // Bindings: sums, all levels, in place.
 #extension GL_GOOGLE_include_directive : require
-#include "params/triangle_params.h"
+#include "params/triangles/triangle_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(set = 0, binding = 0, std430) buffer Sums { uint sums[]; };  // accumulates

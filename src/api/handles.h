@@ -4,6 +4,7 @@
 #include <mutex>
 #include <string>
 
+#include "api/mesh/mesh_object.h"
 #include "api/objects.h"
 
 namespace splat::api {

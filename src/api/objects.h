@@ -22,7 +22,6 @@
 #include "predict/predictor.h"
 #include "raster/rasterizer.h"
 #include "run/run.h"
-#include "scene/triangle_mesh.h"
 #include "splat.h"
 #include "train/batches.h"
 #include "train/optimiser.h"
@@ -95,13 +94,6 @@ struct SceneObject {
     std::vector<std::shared_ptr<SceneCopy>> copies;
     ForkMutex copies_mutex;
     std::atomic<bool> warned = false;  ///< about a rasterizer whose flags lack some of `drawn_as`
-};
-
-/// The object behind splat_mesh.
-struct MeshObject {
-    ForkMutex mutex;
-    scene::TriangleMesh mesh;
-    std::string report;  ///< JSON; never changes
 };
 
 /// Gradients of one backward call, in the kernels' layout. The states of a rasterizer share them.

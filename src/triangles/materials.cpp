@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/checked_math.h"
-#include "params/triangle_params.h"
+#include "params/triangles/triangle_params.h"
 #include "scene/srgb.h"
 #include "triangles/mesh_on_device.h"
 

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-#include "params/triangle_params.h"
+#include "params/triangles/triangle_params.h"
 
 namespace splat::triangles {
 namespace {
@@ -57,7 +57,7 @@ std::uint32_t word_of(float value) {
     return std::bit_cast<std::uint32_t>(value);
 }
 
-/// Of length 1; 0 for what has no direction.
+/// The direction, of length 1; 0 for what has none.
 std::array<float, 3> unit_of(const std::array<float, 3>& given) {
     const scene::Vec3 v(given[0], given[1], given[2]);
     const double length = glm::length(v);

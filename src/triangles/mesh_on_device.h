@@ -18,7 +18,7 @@ struct MeshOnDevice {
     vk::Buffer attributes;  ///< words: normals [N,3], texture coordinates [N,2], colours [V,2]
     vk::Buffer texels;      ///< pack_materials()
     std::uint32_t triangles = 0;
-    std::uint32_t bits = 0;  ///< what it has, see params/triangle_params.h
+    std::uint32_t bits = 0;  ///< what it has, see params/triangles/triangle_params.h
     std::uint32_t texcoords_at = 0, colors_at = 0, textures_at = 0;  ///< words before them
     bool transparent = false;  ///< some material is not opaque
     scene::Vec3 low{}, high{};

@@ -39,11 +39,11 @@ struct SumLevels {
 /// How a call is divided, and what it writes.
 struct Plan {
     std::uint32_t width = 0, height = 0;
-    std::uint32_t samples = 0;  ///< of a pixel's side; 0: none
+    std::uint32_t samples = 0;  ///< a pixel's side has so many; 0: none
     std::uint32_t centers = 0;
     std::uint32_t band_rows = 0;  ///< a multiple of a tile's
     std::uint32_t at_once = 0;    ///< triangles of a range
-    std::uint32_t pictures = 0;   ///< of color, maps and albedo
+    std::uint32_t pictures = 0;   ///< how many of color, maps and albedo
 
     [[nodiscard]] std::uint64_t per_pixel() const {
         return std::uint64_t{samples} * samples + centers;

@@ -29,17 +29,17 @@ struct Wanted {
 ///                 where nothing is. It is interpolated from the normals of the file; without those the face's
 struct Images {
     std::uint32_t views = 0, width = 0, height = 0;
-    std::vector<float> color;   ///< 3 channels
-    std::vector<float> alpha;   ///< 1
-    std::vector<float> depth;   ///< 1
-    std::vector<float> normal;  ///< 3
-    std::vector<float> albedo;  ///< 3, the base colour without light
+    std::vector<float> color = {};   ///< 3 channels
+    std::vector<float> alpha = {};   ///< 1
+    std::vector<float> depth = {};   ///< 1
+    std::vector<float> normal = {};  ///< 3
+    std::vector<float> albedo = {};  ///< 3, the base colour without light
 };
 
 struct RenderDesc {
     std::uint32_t samples = 4;                 ///< a side of a pixel: 1, 2, 4 or 8
     std::array<float, 3> background{1, 1, 1};  ///< sRGB, 0 to 1
-    std::array<double, 3> up{0, 0, 1};  ///< of the light: where the sky is, in the mesh's axes
+    std::array<double, 3> up{0, 0, 1};  ///< where the sky is, in the mesh's axes: the light's axis
     double near_plane = 0;  ///< nearer points are not there; 0: 10^-3 of the box's diagonal
     bool light = true;      ///< false: color is albedo
     std::uint32_t most_triangles = 1U << 22U;  ///< tests: drawn at once

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "params/triangle_params.h"
+#include "params/triangles/triangle_params.h"
 #include "triangles/renderer.h"
 
 namespace splat::triangles {
@@ -10,7 +10,7 @@ namespace splat::triangles {
 /// What the kernels read of a view.
 struct ViewTable {
     std::array<float, std::size_t{4} * params::kViewQuads> quads{};
-    double depth_unit = 1;  ///< of a depth in samples, in the mesh's units
+    double depth_unit = 1;  ///< unit of depths of samples, in that of the mesh
 };
 
 /// Corners become whole numbers of as many bits as the edge functions of an image of this size leave within 64 bits.

@@ -49,7 +49,7 @@ struct TriangleCamera {
 /// One triangle, all about its corners.
 struct RefTriangle {
     std::array<Vec, 3> corners{};
-    std::optional<std::array<Vec, 3>> normals;  ///< of length 1
+    std::optional<std::array<Vec, 3>> normals;  ///< each of length 1
     std::array<std::array<double, 2>, 3> texcoords{};
     std::array<std::array<double, 4>, 3> colors{};  ///< linear, and opacity
     bool double_sided = true;
@@ -60,7 +60,7 @@ struct RefHit {
     double z = 0;
     Vec weights{};
     Vec normal{};       ///< in the world, of length 1, on the side that is seen
-    double cosine = 0;  ///< of the angle between the face's normal and the ray
+    double cosine = 0;  ///< cosine of the angle between the face's normal and the ray
 };
 
 struct RefSample {
@@ -94,7 +94,7 @@ inline RefSample cast(const std::vector<RefTriangle>& mesh, const TriangleCamera
     for (std::size_t i = 0; i < mesh.size(); ++i) {
         std::array<Vec, 3> p{};
         for (std::size_t k = 0; k < 3; ++k) p[k] = camera.placed(mesh[i].corners[k]);
-        std::array<double, 3> sides{}, pixels{};  // of the corners across; distances to them
+        std::array<double, 3> sides{}, pixels{};  // volumes across the corners; distances to those edges
         double sum = 0;
         for (std::size_t k = 0; k < 3; ++k) {
             const Vec plane = cross_of(p[(k + 1) % 3], p[(k + 2) % 3]);

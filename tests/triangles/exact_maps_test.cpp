@@ -110,7 +110,7 @@ TEST(ExactMaps, InterpolateTheNormalsOfTheFile) {
 }
 
 TEST(ExactMaps, OfSmallTriangles) {
-    expect_exact(sphere_mesh(80), {camera_at({1.4, 1, 0.9}, 48, 48, 50)}, 300);
+    expect_exact(sphere_mesh(60), {camera_at({1.4, 1, 0.9}, 24, 24, 25)}, 200);
 }
 
 TEST(ExactMaps, SidesOfMaterials) {

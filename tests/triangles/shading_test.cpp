@@ -258,7 +258,9 @@ TEST(MeshShading, LightIsAsDocumented) {
                 brightest = height;
             }
         }
-        if (most > 0.99) EXPECT_NEAR(brightest, std::sqrt(0.5), 0.12);
+        if (most > 0.99) {
+            EXPECT_NEAR(brightest, std::sqrt(0.5), 0.12);
+        }
     }
 }
 

@@ -583,10 +583,9 @@ namespace Splat
         /// <summary>leave out textures and materials that cannot be read, with a warning, instead of refusing the
         /// file</summary>
         Lenient = 1,
-        /// <summary>of <c>Mesh.Create</c>: only the side is drawn on which the corners turn
-        /// counterclockwise</summary>
+        /// <summary><c>Mesh.Create</c>: only the side is drawn on which the corners turn counterclockwise</summary>
         SingleSided = 2,
-        /** <summary>of <c>Mesh.Render</c>: color is the base colour, as albedo</summary> */ Unlit = 4,
+        /** <summary><c>Mesh.Render</c>: color is the base colour, as albedo</summary> */ Unlit = 4,
     }
 
     /// <summary>How large a mesh is made. All but the first put the centre of its box into the origin.</summary>

@@ -30,7 +30,7 @@ namespace Splat
     /// <summary>How a mesh is drawn.</summary>
     public sealed class MeshRenderOptions
     {
-        /// <summary>Of a pixel's side: 1, 2, 4 or 8.</summary>
+        /// <summary>Samples of a pixel's side: 1, 2, 4 or 8.</summary>
         public int Samples { get; set; } = 4;
         /// <summary>RGB, sRGB, 0 to 1.</summary>
         public float[] Background { get; set; } = { 0, 0, 0 };

@@ -4723,7 +4723,8 @@ namespace Splat.Interop
         public ulong vertex_count;
         /** <summary>three numbers of vertices of each</summary> */ public uint* triangles;
         public ulong triangle_count;
-        /** <summary>of each vertex, any lengths; NULL: those of the faces</summary> */ public float* normals;
+        /// <summary>x, y, z at each vertex, any lengths; NULL: those of the faces</summary>
+        public float* normals;
         public ulong normal_count;
         /** <summary>u, v of each vertex, v from the top down; NULL: no texture</summary> */ public float* texcoords;
         public ulong texcoord_count;

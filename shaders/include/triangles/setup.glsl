@@ -74,8 +74,8 @@ Triangle triangle_of(Corner a, Corner b, Corner c, ivec2 subpixel) {
 
 struct Hit {
     bool inside;
-    bool front;    // its corners turn counterclockwise
-    vec3 weights;  // of the corners; their sum is 1
+    bool front;    // the corners turn counterclockwise
+    vec3 weights;  // what corners count; their sum is 1
     float z;
 };
 

@@ -20,20 +20,19 @@ from ._native import (Access, Convention, DeviceKind, DrawnFlags, Dtype, Found, 
                       Verdict)
 from ._text import check_class as _check_class, checked as _checked
 from .camera import Camera, cameras_to_bytes, save_cameras
-from .dataset import (Dataset, config_keys, config_merge, config_preset, config_presets,
+from .dataset import (Dataset, MeshViews, config_keys, config_merge, config_preset, config_presets,
                       config_warnings, export_dataset, import_tables, path_name,
                       prepare_co3d, write_synthetic)
 from .device import Device, default_device, describe, devices
 from .evaluator import Comparison, EvaluatedViews, Evaluator, Lpips
 from .image import Image, animation_to_bytes, compare_images, save_animation
 from .log import set_decode_limits, set_log
-from .mesh import Mesh, MeshViews
 from .model import Model, Port
 from .module import Module, Op, operators
 from .optimizer import Group, Optimizer
 from .picture import Picture, cut_picture
 from .predictor import Prediction, Predictor
-from .priors import (PriorModel, compare_depth, compare_fidelity, compare_masks, compare_normals,
+from .priors import (Mesh, PriorModel, compare_depth, compare_fidelity, compare_masks, compare_normals,
                      depth_points, filter_map, mesh_points, normals_from_depth, picture_mask,
                      prior_preset, prior_preset_text, prior_presets)
 from .rasterizer import RasterState, Rasterizer, render

@@ -914,8 +914,8 @@ class MeshFlags(IntFlag):
     """How a mesh's file is read, what its one material is, how it is drawn.
 
     LENIENT       leave out textures and materials that cannot be read, with a warning, instead of refusing the file
-    SINGLE_SIDED  of `Mesh.create`: only the side is drawn on which the corners turn counterclockwise
-    UNLIT         of `Mesh.render`: color is the base colour, as albedo
+    SINGLE_SIDED  `Mesh.create`: only the side is drawn on which the corners turn counterclockwise
+    UNLIT         `Mesh.render`: color is the base colour, as albedo
     """
 
     LENIENT = 1

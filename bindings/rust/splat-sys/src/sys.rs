@@ -345,9 +345,9 @@ pub const SPLAT_FIT_CAMERAS_TRANSFORMS: splat_fit_cameras = 2;
 
 /// leave out textures and materials that cannot be read, with a warning, instead of refusing the file
 pub const SPLAT_MESH_LENIENT: u32 = 1;
-/// of splat_mesh_create: only the side is drawn on which the corners turn counterclockwise
+/// splat_mesh_create: only the side is drawn on which the corners turn counterclockwise
 pub const SPLAT_MESH_SINGLE_SIDED: u32 = 2;
-/** of splat_mesh_render: color is the base colour, as albedo */ pub const SPLAT_MESH_UNLIT: u32 = 4;
+/** splat_mesh_render: color is the base colour, as albedo */ pub const SPLAT_MESH_UNLIT: u32 = 4;
 
 /// How large a mesh is made. All but the first put the centre of its box into the origin.
 pub type splat_mesh_size = i32;
@@ -1841,7 +1841,7 @@ pub struct splat_mesh_desc {
     pub vertex_count: u64,
     /** three numbers of vertices of each */ pub triangles: *const u32,
     pub triangle_count: u64,
-    /** of each vertex, any lengths; NULL: those of the faces */ pub normals: *const f32,
+    /** x, y, z at each vertex, any lengths; NULL: those of the faces */ pub normals: *const f32,
     pub normal_count: u64,
     /** u, v of each vertex, v from the top down; NULL: no texture */ pub texcoords: *const f32,
     pub texcoord_count: u64,

@@ -32,7 +32,6 @@ pub mod image;
 mod interop;
 mod load;
 pub mod log;
-mod mesh;
 mod model;
 mod module;
 mod numbers;
@@ -65,7 +64,6 @@ mod types {
     pub use crate::evaluator::{EvaluatedViews, Evaluator, EvaluatorDesc};
     pub use crate::image::{Image, ImageView, ImageViewMut, Lpips};
     pub use crate::load::DecodeLimits;
-    pub use crate::mesh::{Mesh, MeshDesc, MeshMaps, MeshViewsDesc};
     pub use crate::model::{Model, ModelDesc, ModelGradients, ModelInput};
     pub use crate::module::{Module, ModuleDesc};
     pub use crate::numbers::UnknownCode;
@@ -79,6 +77,7 @@ mod types {
         Fit, FitDesc, Interrupter, Ranks, RanksResult, Run, RunEvent, Scoring, Training,
         TrainingDesc,
     };
+    pub use crate::scene::mesh::{Mesh, MeshDesc, MeshMaps, MeshViewsDesc};
     pub use crate::scene::{Scene, SceneDesc};
     pub use crate::tables::{ExportDesc, ImportDesc, Progress};
     pub use crate::tensor::{Element, ExternalMemory, Mapping, MappingMut, Tensor, TensorDesc};
@@ -94,11 +93,11 @@ pub mod prelude {
 
 pub use dataset::{co3d_prepare, path_name, synthetic_write};
 pub use load::{build_info, check_library, set_decode_limits, version, version_string};
-pub use mesh::mesh_find_views;
 pub use op::op_list;
 pub use picture::picture_cut;
 pub use predictor::builtin_weights;
 pub use priors::{normals_from_depth, picture_mask, prior_preset};
 pub use scene::formats as scene_formats;
+pub use scene::mesh::mesh_find_views;
 pub use tables::import_tables;
 pub use types::*;

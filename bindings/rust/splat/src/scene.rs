@@ -1,5 +1,7 @@
 //! Scenes of 3D Gaussians.
 
+pub(crate) mod mesh;
+
 use crate::camera;
 use crate::device::Device;
 use crate::error::{call, Result};

@@ -552,9 +552,9 @@ flags! {
     MeshFlags {
         /// leave out textures and materials that cannot be read, with a warning, instead of refusing the file
         LENIENT = SPLAT_MESH_LENIENT,
-        /// of `Mesh::create`: only the side is drawn on which the corners turn counterclockwise
+        /// `Mesh::create`: only the side is drawn on which the corners turn counterclockwise
         SINGLE_SIDED = SPLAT_MESH_SINGLE_SIDED,
-        /** of `Mesh::render`: color is the base colour, as albedo */ UNLIT = SPLAT_MESH_UNLIT,
+        /** `Mesh::render`: color is the base colour, as albedo */ UNLIT = SPLAT_MESH_UNLIT,
     }
 }
 

@@ -19,7 +19,7 @@ SPLAT_TRIANGLE kTrianglesAtOnce = 1u << 22;  // so that levels 0 to 3 of the sum
 SPLAT_TRIANGLE kSumsBits = 6u;               // a sum of one level has 64 of the level below
 SPLAT_TRIANGLE kTriangleTile = 8u;           // pixels, a side
 SPLAT_TRIANGLE kSubpixels = 16u;             // a pixel's side in the units of samples and boxes
-SPLAT_TRIANGLE kNoTriangle = 0xFFFFFFFFu;    // of a sample that sees nothing
+SPLAT_TRIANGLE kNoTriangle = 0xFFFFFFFFu;    // a sample sees nothing
 
 // Quads of the table of a view.
 SPLAT_TRIANGLE kViewX = 0u;       // rows that map a vertex to homogeneous pixels; see triangles/setup.glsl
@@ -57,9 +57,9 @@ struct TriangleParams {
     uint numbers;   // 1: the numbers of the nearest triangles, 0: their depths
     uint width;     // pixels
     uint height;
-    uint row_begin;  // of the band
+    uint row_begin;  // first row of the band
     uint row_end;
-    uint samples;   // of a pixel's side, a power of two; 0: only centres
+    uint samples;   // a pixel's side has so many, a power of two; 0: only centres
     uint centers;   // 1: centres of pixels, too
     uint level1;    // where sums of 64, 64^2 and 64^3 counts are
     uint level2;
@@ -78,7 +78,7 @@ struct TriangleParams {
 SPLAT_TRIANGLE kMeshNormals = 1u;
 SPLAT_TRIANGLE kMeshTexcoords = 2u;
 SPLAT_TRIANGLE kMeshColors = 4u;
-SPLAT_TRIANGLE kMeshNormalIndices = 8u;     // of their own, 3 words a triangle; else those of the vertices, 4 words
+SPLAT_TRIANGLE kMeshNormalIndices = 8u;     // its own ones, 3 words a triangle; else the vertices, 4 words
 SPLAT_TRIANGLE kMeshTexcoordIndices = 16u;
 
 struct TriangleSumsParams {
