@@ -1534,7 +1534,7 @@ function(MeshesAreRendered)
   expect_json("${out}" 7 views)
   expect_json("${out}" 0 kept)
   vkrun(0 data check ${TEMP}/data)
-  expect("${out}" "train: 1 objects" "0 problems")
+  expect("${out}" "train .srn.: 1 objects" "0 problems")
   # Shards write the same files, and a repeated command only what is missing.
   vkrun(0 data render ${TEMP}/meshes --out ${TEMP}/shards ${options} --shard 1/2)
   vkrun(0 data render ${TEMP}/meshes --out ${TEMP}/shards ${options} --shard 0/2)
