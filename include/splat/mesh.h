@@ -174,6 +174,91 @@ SPLAT_API splat_result splat_mesh_render(splat_mesh mesh, splat_device device,
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_mesh_destroy(splat_mesh mesh);
 
+/* ---- Data sets of meshes --------------------------------------------------------------------- */
+
+/* What is written of each view besides its picture, and where is up. */
+enum {
+    SPLAT_MESH_VIEWS_DEPTH = 1u << 0,  /* depth/: 1 / z from the image's least to its most, 8 bits */
+    SPLAT_MESH_VIEWS_NORMAL = 1u << 1, /* normal/: (n + 1) / 2 in the camera's axes */
+    SPLAT_MESH_VIEWS_MASK = 1u << 2,   /* mask/: the share of a pixel's samples that see the mesh */
+    SPLAT_MESH_VIEWS_ALBEDO = 1u << 3, /* albedo/: pictures without light, over the same background */
+    /* y is up in the mesh, as in glTF. It is turned, for z is up in the data set: z becomes x, x becomes
+     * y, and y becomes z */
+    SPLAT_MESH_VIEWS_Y_UP = 1u << 4
+};
+
+/* Where the cameras of a data set stand; all look at the origin. */
+typedef int32_t splat_mesh_protocol;
+enum {
+    /* at random around the object; of val and test on a spiral from the horizon to the top, as SRN's */
+    SPLAT_MESH_PROTOCOL_SPHERE = 0,
+    SPLAT_MESH_PROTOCOL_HEMISPHERE = 1, /* the same with all cameras above the horizon */
+    SPLAT_MESH_PROTOCOL_ORBIT = 2       /* at equal angles on a circle, in every split */
+};
+
+/* What is behind an object. */
+typedef int32_t splat_mesh_background;
+enum {
+    SPLAT_MESH_BACKGROUND_WHITE = 0,   /* 1 in all channels */
+    SPLAT_MESH_BACKGROUND_BLACK = 1,   /* 0 in all channels */
+    SPLAT_MESH_BACKGROUND_GRAY = 2,    /* 0.5 in sRGB */
+    SPLAT_MESH_BACKGROUND_PLAIN = 3,   /* a random colour for each view */
+    SPLAT_MESH_BACKGROUND_GRADIENT = 4 /* between two random colours, in a random direction */
+};
+
+/* An object of a data set and what all its objects have in common; 0 is the default. */
+typedef struct splat_mesh_views_desc {
+    uint32_t struct_size;
+    uint32_t flags;       /* SPLAT_MESH_VIEWS_ bits */
+    const void* next;     /* NULL */
+    const char* path;     /* folder of the data set */
+    /* "srn": srn_<category>/<category>_<split>/<name>/ with intrinsics.txt, pose/ and rgb/; "images":
+     * <split>/<name>/ with transforms.json and rgb/; NULL: srn */
+    const char* layout;
+    const char* category; /* in names of folders; NULL: objects */
+    const char* split;    /* "train", "val", "test"; NULL: train */
+    const char* name;     /* name of the object, as splat_path_name gives it */
+    /* how meshes were made ready, such as "unit_diagonal", in words that all objects of a folder must have
+     * in common; NULL: none */
+    const char* prepared;
+    uint64_t seed;        /* with the name it decides all that is random */
+    uint32_t size;        /* side of the images, pixels, 8 to 2048; 0: 128 */
+    uint32_t train_views; /* views of an object in train; 0: 50 */
+    uint32_t test_views;  /* views of one in val and test; 0: 251 */
+    uint32_t samples;     /* samples of a pixel's side: 1, 2, 4 or 8; 0: 4 */
+    uint32_t points;      /* points on the surface, in points.ply, in the axes of the data set; 0: none */
+    splat_mesh_protocol protocol;
+    splat_mesh_background background;
+    uint32_t reserved;    /* 0 */
+    double distance;      /* distance of the cameras from the origin; 0: 1.3 */
+    double fov_x;         /* field of view, radians; 0: a focal length of 131.25 pixels of 128, as SRN's */
+    double elevation;     /* height of an orbit above the horizon, radians */
+    double jitter;        /* radians: each camera rolls, and aims beside the origin in both directions of
+                           * its image, by up to this angle; it stands by up to as many percent nearer or
+                           * farther as this is degrees */
+    double exposure;      /* stops: the object's light is multiplied by 2^e, with a random e of up to this
+                           * size for each view; the background stays */
+} splat_mesh_views_desc;
+
+/* Tell whether an object is there already, so that its mesh need not be read.
+ * found     out; 1: it is there, 0: it is not
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (a size above 2048), or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of data made with other values, an
+ *                                     object that another split has
+ *   SPLAT_ERROR_IO                    the folder cannot be looked at */
+SPLAT_API splat_result splat_mesh_find_views(const splat_mesh_views_desc* desc, int32_t* found);
+
+/* Draw a mesh as an object of a data set, with its cameras, maps and points. The folder of the object
+ * appears whole or not at all, and an existing one is kept, so that a set can be made by any number of
+ * calls, processes and machines, and gone on with after they were killed. rendered.json in the folder of
+ * the set has the values that all objects share. The bytes depend on the mesh, the desc, and the device
+ * as those of splat_mesh_render do.
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, as splat_mesh_find_views and splat_mesh_render, or
+ *   SPLAT_ERROR_FORMAT                a mesh without area, or one that no view shows
+ *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written */
+SPLAT_API splat_result splat_mesh_write_views(splat_mesh mesh, splat_device device,
+                                              const splat_mesh_views_desc* desc);
+
 #ifdef __cplusplus
 }
 #endif

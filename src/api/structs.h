@@ -17,6 +17,7 @@
     X(splat_gradients_desc) X(splat_group) X(splat_image) X(splat_image_info) X(splat_image_scores) \
     X(splat_ledger) X(splat_lpips_desc) X(splat_mask_scores) X(splat_memory_info) \
     X(splat_mesh_desc) X(splat_mesh_file_desc) X(splat_mesh_info) X(splat_mesh_maps) X(splat_mesh_render_desc) \
+    X(splat_mesh_views_desc) \
     X(splat_metric_comparison) X(splat_model_desc) X(splat_model_gradients) X(splat_model_info) \
     X(splat_model_input) X(splat_module_desc) X(splat_named_array) X(splat_normal_scores) \
     X(splat_normals_desc) X(splat_number) X(splat_object_scores) X(splat_op_desc) \

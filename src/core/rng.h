@@ -25,4 +25,30 @@ constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> count
     return counter;
 }
 
+/// Random numbers from a seed and three words that name a stream, such as those of an object; the same on every
+/// machine.
+class Random {
+  public:
+    Random(std::uint64_t seed, std::uint32_t first, std::uint32_t second, std::uint32_t third)
+        : key_{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)},
+          words_{first, second, third} {}
+
+    /// In (0, 1).
+    double uniform() {
+        const auto bits = philox({count_++, words_[0], words_[1], words_[2]}, key_);
+        return (bits[0] + 0.5) / 4294967296.0;
+    }
+    double between(double low, double high) { return low + (high - low) * uniform(); }
+    bool chance(double probability) { return uniform() < probability; }
+    /// 0 to count - 1
+    std::uint32_t choice(std::uint32_t count) {
+        return static_cast<std::uint32_t>(uniform() * count);
+    }
+
+  private:
+    std::array<std::uint32_t, 2> key_;
+    std::array<std::uint32_t, 3> words_;
+    std::uint32_t count_ = 0;
+};
+
 }  // namespace splat

@@ -8,31 +8,6 @@
 
 namespace splat::synthetic {
 
-/// Random numbers from a seed and the numbers of an object; the same on every machine.
-class Random {
-  public:
-    Random(std::uint64_t seed, std::uint32_t split, std::uint32_t object, std::uint32_t stream)
-        : key_{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)},
-          words_{split, object, stream} {}
-
-    /// In (0, 1).
-    double uniform() {
-        const auto bits = philox({count_++, words_[0], words_[1], words_[2]}, key_);
-        return (bits[0] + 0.5) / 4294967296.0;
-    }
-    double between(double low, double high) { return low + (high - low) * uniform(); }
-    bool chance(double probability) { return uniform() < probability; }
-    /// 0 to count - 1
-    std::uint32_t choice(std::uint32_t count) {
-        return static_cast<std::uint32_t>(uniform() * count);
-    }
-
-  private:
-    std::array<std::uint32_t, 2> key_;
-    std::array<std::uint32_t, 3> words_;
-    std::uint32_t count_ = 0;
-};
-
 /// The parts of an object.
 struct Solids : std::vector<Solid> {
     using std::vector<Solid>::vector;

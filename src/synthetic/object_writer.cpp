@@ -5,10 +5,12 @@
 
 #include "core/json_writer.h"
 #include "core/os/path.h"
-#include "core/os/process.h"
 #include "io/file.h"
 #include "io/folder.h"
+#include "io/maps/map_images.h"
+#include "io/object_folder.h"
 #include "scene/camera_pose.h"
+#include "scene/view_places.h"
 #include "synthetic/ray_caster.h"
 
 namespace splat::synthetic {
@@ -20,34 +22,8 @@ constexpr double kDistance = 1.3;
 constexpr double kFocal = 131.25;  ///< at kFocalSize pixels
 constexpr double kFocalSize = 128;
 constexpr double kFar = 1.8;
-constexpr double kSpiralTurns = 4;
-/// Where on the spiral the front of the object is at 45 degrees: view 64 of 251, the one that the
-/// reference conditions on.
-constexpr double kSpiralFront = 64.0 / 251;
 constexpr std::uint32_t kShapeStream = 0;
 constexpr std::uint32_t kCameraStream = 1;  ///< the first of one stream for each view
-
-std::string text_of(const double* values, std::size_t count) {
-    std::string text;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (i > 0) text += ' ';
-        text += format("%.9g", values[i]);
-    }
-    return text + "\n";
-}
-
-/// Row-major camera-to-world, as SRN stores it.
-std::string pose_text(const scene::Camera& camera) {
-    const scene::Mat3 turn = glm::transpose(scene::rotation_of(camera.world_to_camera));
-    return text_of(scene::make_pose(turn, scene::camera_center(camera)).data(), 16);
-}
-
-std::string intrinsics_text(const WriterDesc& desc) {
-    const double focal = kFocal * desc.resolution / kFocalSize;
-    const double middle = desc.resolution / 2.0;
-    const double first[] = {focal, middle, middle, 0};
-    return text_of(first, 4) + "0 0 0\n1\n" + format("%u %u\n", desc.resolution, desc.resolution);
-}
 
 /// All values that decide the bytes of an object.
 std::string manifest_text(const WriterDesc& desc) {
@@ -57,21 +33,6 @@ std::string manifest_text(const WriterDesc& desc) {
     json.member("resolution", desc.resolution).member("train_views", desc.train_views);
     json.member("test_views", desc.test_views).end();
     return json.text() + "\n";
-}
-
-/// Checks that the folder holds nothing made with other values.
-Status check_manifest(const WriterDesc& desc, const fs::path& folder) {
-    const fs::path path = folder / "synthetic.json";
-    const std::string expected = manifest_text(desc);
-    std::error_code code;
-    if (!fs::exists(path, code)) return io::write_file(os::text_of(path), io::as_bytes(expected));
-    SPLAT_ASSIGN(const io::Buffer found, io::read_file(os::text_of(path), 1U << 16));
-    if (io::as_text(found) == expected) return {};
-    return invalid(
-        "'%s' holds data made with other values: %.*sexpected: %suse another folder, "
-        "or the same values to add objects",
-        os::text_of(folder).c_str(), static_cast<int>(found.size()), io::as_text(found).data(),
-        expected.c_str());
 }
 
 struct Place {
@@ -103,33 +64,19 @@ Shape shape_of(const WriterDesc& desc, const Place& place) {
     return {car ? "car" : "chair", fitted(car ? make_car(random) : make_chair(random))};
 }
 
-/// Removes folders of this object that killed processes left: ".<name>.<process>-<number>.tmp".
-void remove_stale(const fs::path& folder, const std::string& name) {
-    std::error_code code;
-    const std::string prefix = "." + name + ".";
-    for (const auto& entry : fs::directory_iterator(folder, code)) {
-        const std::string found = os::text_of(entry.path().filename());
-        if (found.compare(0, prefix.size(), prefix) != 0) continue;
-        const int process = std::atoi(found.c_str() + prefix.size());
-        if (process > 0 && !os::may_run(process)) fs::remove_all(entry, code);
-    }
-}
-
 Status write_view(const fs::path& folder, const Solids& solids, const scene::Camera& camera,
                   std::uint32_t view) {
-    const Picture picture = cast(solids, camera);
-    const io::Image rgb = io::image_from_floats(picture.rgb, picture.width, picture.height, 3);
+    const Picture made = cast(solids, camera);
+    const io::Image rgb = io::image_from_floats(made.rgb, made.width, made.height, 3);
     const std::string name = format("%06u", view);
-    const std::pair<const char*, io::Image> images[] = {{"rgb", rgb},
-                                                        {"depth", depth_image(picture, kFar)},
-                                                        {"normal", normal_image(picture)},
-                                                        {"mask", mask_image(picture)}};
-    for (const auto& [kind, image] : images) {
-        SPLAT_ASSIGN(const io::Buffer file, io::write_png(image, io::PngEffort::kFast));
-        SPLAT_TRY(io::write_new_file(os::text_of(folder / kind / (name + ".png")), file));
-    }
+    SPLAT_TRY(io::write_picture(folder, "rgb", name, rgb));
+    SPLAT_TRY(io::write_picture(folder, "depth", name,
+                                io::depth_image(made.depth, made.width, made.height, kFar)));
+    SPLAT_TRY(io::write_picture(folder, "normal", name,
+                                io::normal_image(made.normals, made.width, made.height)));
+    SPLAT_TRY(io::write_picture(folder, "mask", name, mask_image(made)));
     return io::write_new_file(os::text_of(folder / "pose" / (name + ".txt")),
-                              io::as_bytes(pose_text(camera)));
+                              io::as_bytes(io::srn_pose(camera)));
 }
 
 Status write_views(const WriterDesc& desc, const Place& place, const Solids& solids,
@@ -137,28 +84,21 @@ Status write_views(const WriterDesc& desc, const Place& place, const Solids& sol
     for (const char* kind : {"rgb", "depth", "normal", "mask", "pose"})
         SPLAT_TRY(io::make_folders(folder / kind));
     const std::uint32_t views = place.split == Split::kTrain ? desc.train_views : desc.test_views;
-    for (std::uint32_t view = 0; view < views; ++view)
-        SPLAT_TRY(
-            write_view(folder, solids, view_camera(desc, place.split, place.object, view), view));
+    scene::Camera camera;
+    for (std::uint32_t view = 0; view < views; ++view) {
+        camera = view_camera(desc, place.split, place.object, view);
+        SPLAT_TRY(write_view(folder, solids, camera, view));
+    }
     return io::write_new_file(os::text_of(folder / "intrinsics.txt"),
-                              io::as_bytes(intrinsics_text(desc)));
+                              io::as_bytes(io::srn_intrinsics(camera)));
 }
 
 /// Directions from the object to the cameras.
 Vec3 view_direction(const WriterDesc& desc, Split split, std::uint32_t object, std::uint32_t view) {
-    double height = 0;
-    double azimuth = 0;
-    if (split == Split::kTrain) {
-        Random random(desc.seed, static_cast<std::uint32_t>(split), object, kCameraStream + view);
-        height = random.between(-0.9999, 0.9999);  // away from the poles, where "up" is undefined
-        azimuth = random.between(0, 2 * std::numbers::pi);
-    } else {
-        const double part = (view + 0.5) / desc.test_views;
-        height = std::sin(part * std::numbers::pi / 2 * 0.999);
-        azimuth = 2 * std::numbers::pi * (kSpiralTurns * (part - kSpiralFront) + 0.125);
-    }
-    const double flat = std::sqrt(1 - height * height);
-    return {flat * std::cos(azimuth), flat * std::sin(azimuth), height};
+    if (split != Split::kTrain) return scene::spiral_direction(view, desc.test_views);
+    Random random(desc.seed, static_cast<std::uint32_t>(split), object, kCameraStream + view);
+    const double height = random.between(-0.9999, 0.9999);  // "up" is undefined at the poles
+    return scene::direction_at(height, random.between(0, 2 * std::numbers::pi));
 }
 
 }  // namespace
@@ -206,16 +146,12 @@ Status write_object(const WriterDesc& desc, std::uint32_t index) {
     const fs::path root = os::path_of(desc.path) / ("srn_" + desc.category);
     const fs::path folder = root / (desc.category + "_" + split_name(place.split));
     SPLAT_TRY(io::make_folders(folder));
-    SPLAT_TRY(check_manifest(desc, root));
+    SPLAT_TRY(io::make_with(root, "synthetic.json", manifest_text(desc)));
     const Shape shape = shape_of(desc, place);
     const std::string name = format("%06u_%s", place.object, shape.kind.c_str());
-    std::error_code code;
-    if (fs::exists(folder / name, code)) return {};
-    remove_stale(folder, name);
-    const Status status = io::write_folder(
-        folder / name, io::temporary_of(folder / name),
-        [&](const fs::path& to) { return write_views(desc, place, shape.solids, to); });
-    return fs::exists(folder / name, code) ? Status() : status;  // another writer may be faster
+    return io::write_once(folder / name, [&](const fs::path& to) {
+        return write_views(desc, place, shape.solids, to);
+    });
 }
 
 }  // namespace splat::synthetic

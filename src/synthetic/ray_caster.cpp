@@ -167,37 +167,10 @@ class Caster {
     std::vector<std::uint32_t> faces_;  ///< solid and face there, or kNothing
 };
 
-std::uint16_t truncated_byte(double value) {
-    return static_cast<std::uint16_t>(std::clamp(value, 0.0, 255.0));
-}
-
 }  // namespace
 
 Picture cast(const Solids& solids, const scene::Camera& camera) {
     return Caster(solids, camera).picture();
-}
-
-io::Image depth_image(const Picture& picture, double far) {
-    io::Image image{picture.width, picture.height, 1, 8, {}};
-    const auto inverse = [far](float depth) {
-        return 1 / (depth > 0 ? static_cast<double>(depth) : far);
-    };
-    double low = std::numeric_limits<double>::infinity();
-    double high = 0;
-    for (const float depth : picture.depth) {
-        low = std::min(low, inverse(depth));
-        high = std::max(high, inverse(depth));
-    }
-    for (const float depth : picture.depth)
-        image.samples.push_back(truncated_byte(255 * (inverse(depth) - low) / (high - low + 1e-8)));
-    return image;
-}
-
-io::Image normal_image(const Picture& picture) {
-    io::Image image{picture.width, picture.height, 3, 8, {}};
-    for (const float n : picture.normals)
-        image.samples.push_back(truncated_byte((static_cast<double>(n) + 1) * 127.5));
-    return image;
 }
 
 io::Image mask_image(const Picture& picture) {

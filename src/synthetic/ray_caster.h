@@ -26,11 +26,7 @@ struct Picture {
 /// Determinism      the same bits on every run
 Picture cast(const Solids& solids, const scene::Camera& camera);
 
-/// 8-bit maps in the encoding of Splatter Image's data. Depth: 1/z scaled to 0 to 255 between the least and the
-/// greatest of the image, larger is nearer; where nothing is hit z is `far`. Normals: (n + 1) 127.5.
-/// Both truncated. Mask: 0 or 255.
-io::Image depth_image(const Picture& picture, double far);
-io::Image normal_image(const Picture& picture);
+/// 255 where a solid is hit, else 0.
 io::Image mask_image(const Picture& picture);
 
 }  // namespace splat::synthetic

@@ -23,6 +23,7 @@ splat_mesh_desc sample_mesh_desc;
 splat_mesh_info sample_mesh_info;
 splat_mesh_render_desc sample_mesh_render_desc;
 splat_mesh_maps sample_mesh_maps;
+splat_mesh_views_desc sample_mesh_views_desc;
 splat_scene_info sample_scene_info;
 splat_camera sample_camera;
 splat_decode_limits sample_decode_limits;

@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "io/maps/map_images.h"
 #include "scene/camera_pose.h"
 #include "synthetic/object_writer.h"
 
@@ -96,14 +97,15 @@ TEST(RayCaster, EdgesAreSmoothAndFacesEven) {
 }
 
 TEST(RayCaster, MapsAreQuantisedAsTheReferenceDoes) {
-    Picture picture{2, 1, {}, {0.8F, 0}, {0, 0, -1, 0, 0, 0}};
-    EXPECT_EQ(depth_image(picture, 1.8).samples, (std::vector<std::uint16_t>{254, 0}))
+    const Picture picture{2, 1, {}, {0.8F, 0}, {0, 0, -1, 0, 0, 0}};
+    EXPECT_EQ(io::depth_image(picture.depth, 2, 1, 1.8).samples,
+              (std::vector<std::uint16_t>{254, 0}))
         << "255 / (1 + 1e-8 / (1 / 0.8 - 1 / 1.8)), truncated";
-    EXPECT_EQ(normal_image(picture).samples,
+    EXPECT_EQ(io::normal_image(picture.normals, 2, 1).samples,
               (std::vector<std::uint16_t>{127, 127, 0, 127, 127, 127}));
     EXPECT_EQ(mask_image(picture).samples, (std::vector<std::uint16_t>{255, 0}));
-    picture.depth = {1, 1};
-    EXPECT_EQ(depth_image(picture, 1.8).samples, (std::vector<std::uint16_t>{0, 0}));
+    EXPECT_EQ(io::depth_image(std::vector<float>{1, 1}, 2, 1, 1.8).samples,
+              (std::vector<std::uint16_t>{0, 0}));
 }
 
 }  // namespace

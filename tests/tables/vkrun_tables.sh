@@ -1,8 +1,8 @@
 #!/bin/sh
 # Usage: tests/tables/vkrun_tables.sh VKRUN FOLDER
 #
-# Tables through the command line: a training from tables gives the weights of one from folders, images go to
-# tables and back unchanged, and an import that is killed goes on. Needs DuckDB's library. Exit status 77: skipped.
+# Tables through the command line: a training from tables gives the weights of one from folders, images and meshes go
+# to tables and back unchanged, and an import that is killed goes on. Needs DuckDB's library. Exit status 77: skipped.
 set -u
 vkrun=$1
 work=$2
@@ -25,6 +25,18 @@ cd "$work" || exit 1
 "$vkrun" data export tables back --to srn || fail "no folders"
 sums() { (cd "$1" && find . -name '*.png' -o -name '*.txt' | LC_ALL=C sort | xargs cksum); }
 [ "$(sums data/srn_cars)" = "$(sums back/srn_cars)" ] || fail "files differ after tables"
+
+# Meshes that are drawn as tables, twice.
+mkdir meshes
+for i in 1 2; do
+    printf 'v 0 0 0\nv 1 0 0\nv 0 0 1\nv 0 %d 0\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 3 1 4\n' "$i" >"meshes/corner$i.obj"
+done
+for _ in once again; do
+    "$vkrun" data render meshes --out drawn --format tables --views 3 --test-views 2 --size 16 --splits 1,1,0 ||
+        fail "meshes are no tables"
+done
+"$vkrun" data export drawn drawn_back --to srn --class objects || fail "no folders of meshes"
+[ "$(sums drawn/renders/srn_objects)" = "$(sums drawn_back/srn_objects)" ] || fail "renders differ after tables"
 
 # Eight steps with depth and normals, from folders, tables and a store.
 "$vkrun" data import tables store || fail "no store"

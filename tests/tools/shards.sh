@@ -34,6 +34,14 @@ shards() {
 shards priors edges data/srn_cars --out edges_of_shards
 diff -r edges edges_of_shards || fail "the maps differ"
 
+mkdir meshes
+for i in 1 2 3 4 5 6; do
+    printf 'v 0 0 0\nv 1 0 0\nv 0 0 1\nv 0 %d 0\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 3 1 4\n' "$i" >"meshes/corner$i.obj"
+done
+"$vkrun" data render meshes --out renders --views 3 --test-views 2 --size 16 >/dev/null || fail "no renders"
+shards data render meshes --out renders_of_shards --views 3 --test-views 2 --size 16
+diff -r renders renders_of_shards || fail "the renders differ"
+
 "$vkrun" data import data store >/dev/null || fail "no store"
 shards data import data store_of_shards
 for split in train val test; do

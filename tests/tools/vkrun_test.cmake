@@ -87,7 +87,7 @@ function(HelpNamesEveryCommand)
                            "bench;start" "bench;dispatch" "weights;show" "weights;convert" "weights;diff"
                            "weights;graft" "weights;where" "weights;get"
                            "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract"
-                           "data;synth" "data;check" "data;co3d" "data;show" "data;import" "data;export"
+                           "data;synth" "data;render" "data;check" "data;co3d" "data;show" "data;import" "data;export"
                            "data;split" compare
                            "config;list" "config;show" "config;presets" train eval predict report "priors;eval"
                            "priors;depth" "priors;normal" "priors;mask" "priors;where" "priors;get" "priors;edges"
@@ -1489,6 +1489,104 @@ function(DataIsMade)
   vkrun(2 data synth ${TEMP}/data --class boats)
   vkrun(2 data synth ${TEMP}/data --objects 0)
   expect("${err}" "--objects, --val and --test are all 0")
+endfunction()
+
+# write_meshes(<folder>): a coloured box, a pyramid and a slab.
+function(write_meshes folder)
+  file(MAKE_DIRECTORY ${folder})
+  file(WRITE ${folder}/colours.mtl "newmtl red\nKd 0.8 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.8\n")
+  set(faces "usemtl red\nf 1 2 4 3\nf 5 7 8 6\nusemtl blue\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n")
+  foreach(pair IN ITEMS box:1 slab:0.3)
+    string(REPLACE ":" ";" pair ${pair})
+    list(POP_FRONT pair name height)
+    set(corners "")
+    foreach(y IN ITEMS 0 ${height})
+      string(APPEND corners "v 0 ${y} 0\nv 2 ${y} 0\nv 0 ${y} 1\nv 2 ${y} 1\n")
+    endforeach()
+    file(WRITE ${folder}/${name}.obj "mtllib colours.mtl\n${corners}${faces}")
+  endforeach()
+  file(WRITE ${folder}/pyramid.obj "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nv 0.5 1 0.5\n"
+       "f 4 3 2 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n")
+endfunction()
+
+# same_files(<folder> <folder>): both hold the same files.
+function(same_files one other)
+  file(GLOB_RECURSE files RELATIVE ${one} ${one}/*)
+  file(GLOB_RECURSE others RELATIVE ${other} ${other}/*)
+  if(NOT files STREQUAL others OR NOT files)
+    message(FATAL_ERROR "${one} has ${files}\n${other} has ${others}")
+  endif()
+  foreach(name IN LISTS files)
+    file(SHA256 ${one}/${name} hash)
+    file(SHA256 ${other}/${name} other_hash)
+    if(NOT hash STREQUAL other_hash)
+      message(FATAL_ERROR "${name} differs in ${one} and ${other}")
+    endif()
+  endforeach()
+endfunction()
+
+function(MeshesAreRendered)
+  write_meshes(${TEMP}/meshes)
+  set(options --views 3 --test-views 2 --size 32 --points 50 --background gradient --jitter 2 --exposure 0.5)
+  vkrun(0 data render ${TEMP}/meshes --out ${TEMP}/data ${options} --json)
+  expect_json("${out}" 3 objects)
+  expect_json("${out}" 1 splits test)
+  expect_json("${out}" 7 views)
+  expect_json("${out}" 0 kept)
+  vkrun(0 data check ${TEMP}/data)
+  expect("${out}" "train .srn.: 1 objects" "0 problems")
+  # Shards write the same files, and a repeated command only what is missing.
+  vkrun(0 data render ${TEMP}/meshes --out ${TEMP}/shards ${options} --shard 1/2)
+  vkrun(0 data render ${TEMP}/meshes --out ${TEMP}/shards ${options} --shard 0/2)
+  same_files(${TEMP}/data ${TEMP}/shards)
+  file(GLOB test ${TEMP}/shards/srn_objects/objects_test/*)
+  file(REMOVE_RECURSE ${test})
+  vkrun(0 data render ${TEMP}/meshes --out ${TEMP}/shards ${options} --json)
+  expect_json("${out}" 2 kept)
+  same_files(${TEMP}/data ${TEMP}/shards)
+  vkrun(1 data render ${TEMP}/meshes --out ${TEMP}/data)
+  expect("${err}" "holds data made with other values: {\"seed\": 0, \"size\": 32")
+  # A mesh that cannot be used is named, and the others are drawn.
+  file(WRITE ${TEMP}/meshes/torn.obj "v 0 0 0\nv 1 0 0\nf 1 2 9\n")
+  vkrun(1 data render ${TEMP}/meshes --out ${TEMP}/images --format images --views 2 --size 16 --splits 1,0,0
+        --maps depth,albedo --protocol orbit --normalise unit_cube --distance 3)
+  expect("${err}" "torn.obj': .*line 3" )
+  expect("${out}" "images: 3 objects \\(3 train\\), 6 views of 16 x 16 pixels" "1 meshes cannot be used")
+  if(NOT EXISTS ${TEMP}/images/train/box/albedo/000001.png)
+    message(FATAL_ERROR "there is no albedo")
+  endif()
+  vkrun(0 data check ${TEMP}/images --split train)
+  expect("${out}" "0 problems")
+endfunction()
+
+function(RenderedDataSaysWhatIsWrong)
+  write_meshes(${TEMP}/meshes)
+  vkrun(4 data render ${TEMP}/none --out ${TEMP}/data)
+  expect("${err}" "there is no '[^']*none'")
+  file(MAKE_DIRECTORY ${TEMP}/empty)
+  vkrun(4 data render ${TEMP}/empty --out ${TEMP}/data)
+  expect("${err}" "no .obj, .glb or .gltf is in '")
+  vkrun(2 data render ${TEMP}/meshes/colours.mtl --out ${TEMP}/data)
+  expect("${err}" "colours.mtl' is no mesh, expected .obj, .glb or .gltf")
+  file(COPY ${TEMP}/meshes/box.obj DESTINATION ${TEMP}/other)
+  vkrun(2 data render ${TEMP}/meshes ${TEMP}/other --out ${TEMP}/data)
+  expect("${err}" "would both be the object 'box'")
+  foreach(wrong IN ITEMS "--splits;1,1;--splits" "--splits;0,0,0;not all 0" "--splits;-1,1,1;a share of --splits is -1"
+                         "--samples;3;--samples is 3, expected 1, 2, 4 or 8" "--jitter;90;--jitter is 90"
+                         "--exposure;nan;--exposure is nan" "--maps;none,mask;--maps none goes with no other"
+                         "--elevation;3;no effect without --protocol orbit" "--fov;180;--fov is 180"
+                         "--duckdb;x;no effect without --format tables" "--shard;2/2;--shard is '2/2'")
+    list(POP_BACK wrong sentence)
+    vkrun(2 data render ${TEMP}/meshes --out ${TEMP}/data ${wrong})
+    expect("${err}" "${sentence}")
+  endforeach()
+  vkrun(2 data render ${TEMP}/meshes --out ${TEMP}/data --format tables --shard 0/2)
+  expect("${err}" "tables are written by one process")
+  vkrun(2 data render ${TEMP}/meshes --out ${TEMP}/data --format tables --maps albedo)
+  expect("${err}" "tables have no albedo")
+  if(EXISTS ${TEMP}/data)
+    message(FATAL_ERROR "a wrong command wrote something")
+  endif()
 endfunction()
 
 function(PriorsAreMadeWithoutAModel)

@@ -597,6 +597,40 @@ namespace Splat
         /** <summary>the farthest vertex is at distance 1</summary> */ UnitSphere = 3,
     }
 
+    /// <summary>What is written of each view besides its picture, and where is up.</summary>
+    [Flags]
+    public enum MeshViewsFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /** <summary>depth/: 1 / z from the image's least to its most, 8 bits</summary> */ Depth = 1,
+        /** <summary>normal/: (n + 1) / 2 in the camera's axes</summary> */ Normal = 2,
+        /** <summary>mask/: the share of a pixel's samples that see the mesh</summary> */ Mask = 4,
+        /** <summary>albedo/: pictures without light, over the same background</summary> */ Albedo = 8,
+        /// <summary>y is up in the mesh, as in glTF. It is turned, for z is up in the data set: z becomes x, x
+        /// becomes y, and y becomes z</summary>
+        YUp = 16,
+    }
+
+    /// <summary>Where the cameras of a data set stand; all look at the origin.</summary>
+    public enum MeshProtocol : int
+    {
+        /// <summary>at random around the object; of val and test on a spiral from the horizon to the top, as
+        /// SRN's</summary>
+        Sphere = 0,
+        /** <summary>the same with all cameras above the horizon</summary> */ Hemisphere = 1,
+        /** <summary>at equal angles on a circle, in every split</summary> */ Orbit = 2,
+    }
+
+    /// <summary>What is behind an object.</summary>
+    public enum MeshBackground : int
+    {
+        /** <summary>1 in all channels</summary> */ White = 0,
+        /** <summary>0 in all channels</summary> */ Black = 1,
+        /** <summary>0.5 in sRGB</summary> */ Gray = 2,
+        /** <summary>a random colour for each view</summary> */ Plain = 3,
+        /** <summary>between two random colours, in a random direction</summary> */ Gradient = 4,
+    }
+
     /// <summary>What the numbers of a model's maps are.</summary>
     [Flags]
     public enum PriorModelFlags : uint
@@ -721,7 +755,8 @@ namespace Splat
                 { "splat_evaluator", "Evaluator" }, { "splat_evaluator_score", "Evaluator.Score" },
                 { "splat_evaluator_score_images", "Evaluator.ScoreImages" }, { "splat_fit_open", "Fit" },
                 { "splat_fit_score", "Scoring" }, { "splat_lpips", "Lpips" }, { "splat_lpips_desc", "Lpips" },
-                { "splat_mesh", "Mesh" }, { "splat_model", "Model" }, { "splat_model_backward", "Model.Backward" },
+                { "splat_mesh", "Mesh" }, { "splat_mesh_write_views", "Mesh.WriteViews" },
+                { "splat_model", "Model" }, { "splat_model_backward", "Model.Backward" },
                 { "splat_model_forward", "Model.Forward" }, { "splat_model_load", "Model.Load" },
                 { "splat_model_ports", "Model.Ports" }, { "splat_module", "Module" },
                 { "splat_normals_desc", "normals" }, { "splat_op", "Op" }, { "splat_optimizer", "Optimizer" },

@@ -2904,6 +2904,38 @@ namespace Splat.Interop
         ResultCode splat_mesh_destroy(IntPtr mesh);
 
         /// <summary>
+        /// Tell whether an object is there already, so that its mesh need not be read.
+        /// found     out; 1: it is there, 0: it is not
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (a size above 2048), or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of data made with other values, an
+        ///                                     object that another split has
+        ///   SPLAT_ERROR_IO                    the folder cannot be looked at
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_find_views(splat_mesh_views_desc* desc, int* found);
+
+        /// <summary>
+        /// Draw a mesh as an object of a data set, with its cameras, maps and points. The folder of the object
+        /// appears whole or not at all, and an existing one is kept, so that a set can be made by any number of
+        /// calls, processes and machines, and gone on with after they were killed. rendered.json in the folder of
+        /// the set has the values that all objects share. The bytes depend on the mesh, the desc, and the device
+        /// as those of splat_mesh_render do.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, as splat_mesh_find_views and splat_mesh_render, or
+        ///   SPLAT_ERROR_FORMAT                a mesh without area, or one that no view shows
+        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_mesh_write_views(SafeMeshHandle mesh, SafeDeviceHandle device, splat_mesh_views_desc* desc);
+
+        /// <summary>
         /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
         /// "title", "input", "outputs", "file" (its name; where they are known url, bytes, sha256),
         /// "licence", "note"}}.
@@ -4766,6 +4798,45 @@ namespace Splat.Interop
         public splat_image normal;
     }
 
+    /// <summary>An object of a data set and what all its objects have in common; 0 is the default.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_mesh_views_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_MESH_VIEWS_ bits</summary> */ public MeshViewsFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>folder of the data set</summary> */ public byte* path;
+        /// <summary>"srn": srn_&lt;category&gt;/&lt;category&gt;_&lt;split&gt;/&lt;name&gt;/ with intrinsics.txt,
+        /// pose/ and rgb/; "images": &lt;split&gt;/&lt;name&gt;/ with transforms.json and rgb/; NULL: srn</summary>
+        public byte* layout;
+        /** <summary>in names of folders; NULL: objects</summary> */ public byte* category;
+        /** <summary>"train", "val", "test"; NULL: train</summary> */ public byte* split;
+        /** <summary>name of the object, as splat_path_name gives it</summary> */ public byte* name;
+        /// <summary>how meshes were made ready, such as "unit_diagonal", in words that all objects of a folder must
+        /// have in common; NULL: none</summary>
+        public byte* prepared;
+        /** <summary>with the name it decides all that is random</summary> */ public ulong seed;
+        /** <summary>side of the images, pixels, 8 to 2048; 0: 128</summary> */ public uint size;
+        /** <summary>views of an object in train; 0: 50</summary> */ public uint train_views;
+        /** <summary>views of one in val and test; 0: 251</summary> */ public uint test_views;
+        /** <summary>samples of a pixel's side: 1, 2, 4 or 8; 0: 4</summary> */ public uint samples;
+        /// <summary>points on the surface, in points.ply, in the axes of the data set; 0: none</summary>
+        public uint points;
+        public MeshProtocol protocol;
+        public MeshBackground background;
+        /** <summary>0</summary> */ public uint reserved;
+        /** <summary>distance of the cameras from the origin; 0: 1.3</summary> */ public double distance;
+        /// <summary>field of view, radians; 0: a focal length of 131.25 pixels of 128, as SRN's</summary>
+        public double fov_x;
+        /** <summary>height of an orbit above the horizon, radians</summary> */ public double elevation;
+        /// <summary>radians: each camera rolls, and aims beside the origin in both directions of its image, by up to
+        /// this angle; it stands by up to as many percent nearer or farther as this is degrees</summary>
+        public double jitter;
+        /// <summary>stops: the object's light is multiplied by 2^e, with a random e of up to this size for each view;
+        /// the background stays</summary>
+        public double exposure;
+    }
+
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_prior_model_desc
     {
@@ -5258,6 +5329,11 @@ namespace Splat.Interop
                 "struct_size:0:4 flags:4:4 next:8:8 samples:16:4 background:20:12 up:32:24 near_plane:56:8"),
             new NativeLayout(typeof(splat_mesh_maps), 280, true,
                 "color:0:56 albedo:56:56 mask:112:56 depth:168:56 normal:224:56"),
+            new NativeLayout(typeof(splat_mesh_views_desc), 144, false,
+                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 layout:24:8 category:32:8 split:40:8 name:48:8 " +
+                "prepared:56:8 seed:64:8 size:72:4 train_views:76:4 test_views:80:4 samples:84:4 points:88:4 " +
+                "protocol:92:4 background:96:4 reserved:100:4 distance:104:8 fov_x:112:8 elevation:120:8 " +
+                "jitter:128:8 exposure:136:8"),
             new NativeLayout(typeof(splat_prior_model_desc), 56, false,
                 "struct_size:0:4 flags:4:4 next:8:8 preset:16:8 model_path:24:8 runtime_path:32:8 threads:40:4 " +
                 "tokens:44:4 device:48:8"),

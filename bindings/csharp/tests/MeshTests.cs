@@ -52,5 +52,29 @@ namespace Splat.Tests
                     () => mesh.Render(Shared.Device, new[] { camera }, new MeshMaps[0]));
             }
         }
+
+        [Test]
+        private static void MeshesBecomeADataSet()
+        {
+            using (Mesh mesh = Square())
+            {
+                mesh.Normalise(MeshSize.UnitDiagonal);
+                var options = new MeshViewsOptions
+                {
+                    Path = Shared.PathOf("mesh_views"),
+                    Name = "square",
+                    Size = 16,
+                    TrainViews = 2,
+                    Protocol = MeshProtocol.Orbit,
+                    Flags = MeshViewsFlags.Mask | MeshViewsFlags.YUp,
+                };
+                Expect.True(!Mesh.FindViews(options), "nothing is there");
+                mesh.WriteViews(Shared.Device, options);
+                Expect.True(Mesh.FindViews(options), "it is there");
+                options.Size = 8;
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "made with other values",
+                               () => mesh.WriteViews(Shared.Device, options));
+            }
+        }
     }
 }

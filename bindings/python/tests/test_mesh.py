@@ -42,6 +42,22 @@ class Meshes(Case):
         self.assertEqual(splat.Mesh.load(path).info.area, 0.5)
         self.refused(splat.NotFound, "no.obj", splat.Mesh.load, self.folder / "no.obj")
 
+    def test_data_sets(self) -> None:
+        views = splat.MeshViews(self.folder / "views", size=16, train_views=2, points=20, protocol="orbit",
+                                elevation=0.3, prepared="as_given", maps=["mask", "depth"], y_up=True)
+        self.assertFalse(views.has("square"))
+        mesh = square()
+        mesh.normalise("unit_diagonal")
+        views.write(mesh, "square", device=self.device)
+        self.assertTrue(views.has("square"))
+        data = splat.Dataset(self.folder / "views")
+        self.assertEqual((len(data), data.views(0)), (1, 2))
+        self.assertEqual(sorted(data.report["maps"]), ["depth", "mask"])
+        self.refused(splat.InvalidArgument, "in the split train", views.has, "square", "val")
+        self.refused(splat.InvalidArgument, "'edges'", splat.MeshViews, self.folder, maps=["edges"])
+        other = splat.MeshViews(self.folder / "views", size=8)
+        self.refused(splat.InvalidArgument, "made with other values", other.write, mesh, "b", device=self.device)
+
     def test_refusals(self) -> None:
         places = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
         self.refused(splat.InvalidArgument, "vertex 3", splat.Mesh, places, [[0, 1, 3]])

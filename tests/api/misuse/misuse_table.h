@@ -241,6 +241,8 @@ class MisuseTable {
         return {*this, function, parameter, named == nullptr ? parameter : named};
     }
 
+    void mesh_views_rows(const WrongStructs<splat_mesh_views_desc>& invalid);
+
     /// A function that reads a struct: a right one, and the call with another.
     template <class Struct>
     struct Read {

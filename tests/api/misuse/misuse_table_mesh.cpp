@@ -74,6 +74,32 @@ void MisuseTable::mesh_rows() {
     maps("bytes for normals", kArgument, [](auto& m) { m.normal = m.color; });
     maps("a mask of three channels", kShape, [](auto& m) { m.mask = m.color; });
     maps("no type", kArgument, [](auto& m) { m.color.type = 0; });
+    for (const char* function : {"splat_mesh_find_views", "splat_mesh_write_views"})
+        mesh_views_rows(wrong_structs<splat_mesh_views_desc>(function));
+    wrong_structs<splat_mesh_views_desc>("splat_mesh_write_views")(
+        "a path that cannot be written", kNotFound, [](auto& d) { d.path = "/proc/x"; });
+}
+
+void MisuseTable::mesh_views_rows(const WrongStructs<splat_mesh_views_desc>& invalid) {
+    invalid("no path", kArgument, [](auto& d) { d.path = nullptr; });
+    invalid("no name", kArgument, [](auto& d) { d.name = nullptr; });
+    invalid("a path as the name", kArgument, [](auto& d) { d.name = "a/b"; });
+    invalid("a path as the category", kArgument, [](auto& d) { d.category = ".."; });
+    invalid("another layout", kArgument, [](auto& d) { d.layout = "tables"; });
+    invalid("another split", kArgument, [](auto& d) { d.split = "x"; });
+    invalid("a small size", kArgument, [](auto& d) { d.size = 7; });
+    invalid("a large size", kUnsupported, [](auto& d) { d.size = 2049; });
+    invalid("many views", kArgument, [](auto& d) { d.train_views = 100001; });
+    invalid("many views of tests", kArgument, [](auto& d) { d.test_views = UINT32_MAX; });
+    invalid("samples of no power of two", kArgument, [](auto& d) { d.samples = 3; });
+    invalid("many points", kArgument, [](auto& d) { d.points = UINT32_MAX; });
+    invalid("another protocol", kArgument, [](auto& d) { d.protocol = 3; });
+    invalid("another background", kArgument, [](auto& d) { d.background = -1; });
+    invalid("a negative distance", kArgument, [](auto& d) { d.distance = -1; });
+    invalid("a wide field of view", kArgument, [](auto& d) { d.fov_x = 3; });
+    invalid("an elevation of the pole", kArgument, [](auto& d) { d.elevation = 1.57; });
+    invalid("jitter is no number", kArgument, [](auto& d) { d.jitter = NAN; });
+    invalid("a negative exposure", kArgument, [](auto& d) { d.exposure = -1; });
 }
 
 }  // namespace splat::test

@@ -49,6 +49,9 @@ void MisuseTable::right_descs() {
         black, sizeof black * 3 / 4, SPLAT_PIXEL_U8, 16, 16, 3, 0, 0, 0};
     good<splat_picture_cut_desc>().resolution = 16;
     good<splat_prior_maps>().mask = kMap;
+    auto& views = good<splat_mesh_views_desc>();
+    views.path = folder.c_str();
+    views.name = "square";
     good<splat_mesh_maps>().color = {black, sizeof black * 3 / 4, SPLAT_PIXEL_U8, 16, 16, 3, 0, 0,
                                      0};
     good<splat_normals_desc>().focal_x = good<splat_normals_desc>().focal_y = 4;

@@ -36,6 +36,7 @@ void add_stress(CLI::App& app, int& exit_code);
 
 /// Below `data`.
 void add_data_synth(CLI::App& data, int& exit_code);
+void add_data_render(CLI::App& data, int& exit_code);
 void add_data_check(CLI::App& data, int& exit_code);
 void add_data_co3d(CLI::App& data, int& exit_code);
 void add_data_show(CLI::App& data, int& exit_code);

@@ -39,6 +39,7 @@ using Dataset = Owner<splat_dataset, splat_dataset_destroy>;
 using Device = Owner<splat_device, splat_device_destroy>;
 using Evaluator = Owner<splat_evaluator, splat_evaluator_destroy>;
 using Lpips = Owner<splat_lpips, splat_lpips_destroy>;
+using Mesh = Owner<splat_mesh, splat_mesh_destroy>;
 using Model = Owner<splat_model, splat_model_destroy>;
 using Op = Owner<splat_op, splat_op_destroy>;
 using ScenePredictor = Owner<splat_predictor, splat_predictor_destroy>;

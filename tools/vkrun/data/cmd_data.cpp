@@ -1,4 +1,4 @@
-// vkrun data: sets of posed images. Needs no device.
+// vkrun data: sets of posed images. Only render needs a device.
 
 #include <CLI/CLI.hpp>
 
@@ -13,6 +13,7 @@ void add_data(CLI::App& app, int& exit_code) {
                     "'vkrun data COMMAND --help' describes a command.\n");
     data->require_subcommand(1);
     add_data_synth(*data, exit_code);
+    add_data_render(*data, exit_code);
     add_data_co3d(*data, exit_code);
     add_data_check(*data, exit_code);
     add_data_show(*data, exit_code);

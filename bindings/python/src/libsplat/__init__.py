@@ -20,7 +20,7 @@ from ._native import (Access, Convention, DeviceKind, DrawnFlags, Dtype, Found, 
                       Verdict)
 from ._text import check_class as _check_class, checked as _checked
 from .camera import Camera, cameras_to_bytes, save_cameras
-from .dataset import (Dataset, config_keys, config_merge, config_preset, config_presets,
+from .dataset import (Dataset, MeshViews, config_keys, config_merge, config_preset, config_presets,
                       config_warnings, export_dataset, import_tables, path_name,
                       prepare_co3d, write_synthetic)
 from .device import Device, default_device, describe, devices
@@ -48,7 +48,7 @@ __all__ = [
     "Access", "Batch", "Batches", "Camera", "Cancelled", "Comparison", "Convention", "CudaArray", "Dataset",
     "Device", "DeviceKind", "DeviceLost", "DrawnFlags", "Dtype", "Error", "EvaluatedViews", "Evaluator", "Event",
     "ExternalMemory", "Fit", "FormatError", "Found", "Frame", "Group", "Image", "InternalError", "InvalidArgument",
-    "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Mesh", "Metric",
+    "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Mesh", "MeshViews", "Metric",
     "MissingName", "Model", "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
     "OutOfMemory", "Output", "Picture", "Pixel", "Port", "Precision", "Prediction", "Predictor",
     "PriorModel", "Ranks", "RasterState", "Rasterizer", "Result", "Run", "RunEventKind", "Scene",

@@ -51,9 +51,10 @@ WORDS = {
     'splat_device_profile_json': 'Device.profile', 'splat_evaluator': 'Evaluator',
     'splat_evaluator_score': 'Evaluator.score', 'splat_evaluator_score_images': 'Evaluator.score_images',
     'splat_fit_open': 'Fit', 'splat_fit_score': 'Scoring', 'splat_lpips': 'Lpips', 'splat_lpips_desc': 'Lpips',
-    'splat_mesh': 'Mesh', 'splat_model': 'Model', 'splat_model_backward': 'Model.backward',
-    'splat_model_forward': 'Model.forward', 'splat_model_load': 'Model.load', 'splat_model_ports': 'Model.ports',
-    'splat_module': 'Module', 'splat_normals_desc': 'normals', 'splat_op': 'Op', 'splat_optimizer': 'Optimizer',
+    'splat_mesh': 'Mesh', 'splat_mesh_write_views': 'Mesh.write_views', 'splat_model': 'Model',
+    'splat_model_backward': 'Model.backward', 'splat_model_forward': 'Model.forward',
+    'splat_model_load': 'Model.load', 'splat_model_ports': 'Model.ports', 'splat_module': 'Module',
+    'splat_normals_desc': 'normals', 'splat_op': 'Op', 'splat_optimizer': 'Optimizer',
     'splat_predictor': 'Predictor', 'splat_prior_model': 'PriorModel', 'splat_raster_state': 'RasterState',
     'splat_raster_state_create': 'RasterState', 'splat_rasterizer': 'Rasterizer',
     'splat_rasterizer_forward': 'Rasterizer.forward', 'splat_rasterizer_read': 'Rasterizer.read', 'splat_run': 'Run',
@@ -941,6 +942,60 @@ class MeshSize(OpenEnum):
 MeshSizeName = Literal["as_given", "unit_cube", "unit_diagonal", "unit_sphere"]
 
 
+class MeshViewsFlags(IntFlag):
+    """What is written of each view besides its picture, and where is up.
+
+    DEPTH   depth/: 1 / z from the image's least to its most, 8 bits
+    NORMAL  normal/: (n + 1) / 2 in the camera's axes
+    MASK    mask/: the share of a pixel's samples that see the mesh
+    ALBEDO  albedo/: pictures without light, over the same background
+    Y_UP    y is up in the mesh, as in glTF. It is turned, for z is up in the data set: z becomes x, x becomes y, and
+            y becomes z
+    """
+
+    DEPTH = 1
+    NORMAL = 2
+    MASK = 4
+    ALBEDO = 8
+    Y_UP = 16
+
+
+class MeshProtocol(OpenEnum):
+    """Where the cameras of a data set stand; all look at the origin.
+
+    SPHERE      at random around the object; of val and test on a spiral from the horizon to the top, as SRN's
+    HEMISPHERE  the same with all cameras above the horizon
+    ORBIT       at equal angles on a circle, in every split
+    """
+
+    SPHERE = 0
+    HEMISPHERE = 1
+    ORBIT = 2
+
+
+MeshProtocolName = Literal["sphere", "hemisphere", "orbit"]
+
+
+class MeshBackground(OpenEnum):
+    """What is behind an object.
+
+    WHITE     1 in all channels
+    BLACK     0 in all channels
+    GRAY      0.5 in sRGB
+    PLAIN     a random colour for each view
+    GRADIENT  between two random colours, in a random direction
+    """
+
+    WHITE = 0
+    BLACK = 1
+    GRAY = 2
+    PLAIN = 3
+    GRADIENT = 4
+
+
+MeshBackgroundName = Literal["white", "black", "gray", "plain", "gradient"]
+
+
 class PriorModelFlags(IntFlag):
     """What the numbers of a model's maps are.
 
@@ -1787,6 +1842,20 @@ class splat_mesh_maps(Structure):
     ]
 
 
+class splat_mesh_views_desc(Structure):
+    struct_size: int; flags: int; next: Any; path: Any; layout: Any; category: Any; split: Any; name: Any
+    prepared: Any; seed: int; size: int; train_views: int; test_views: int; samples: int; points: int; protocol: int
+    background: int; reserved: int; distance: float; fov_x: float; elevation: float; jitter: float; exposure: float
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("path", c_char_p), ("layout", c_char_p),
+        ("category", c_char_p), ("split", c_char_p), ("name", c_char_p), ("prepared", c_char_p), ("seed", c_uint64),
+        ("size", c_uint32), ("train_views", c_uint32), ("test_views", c_uint32), ("samples", c_uint32),
+        ("points", c_uint32), ("protocol", c_int32), ("background", c_int32), ("reserved", c_uint32),
+        ("distance", c_double), ("fov_x", c_double), ("elevation", c_double), ("jitter", c_double),
+        ("exposure", c_double),
+    ]
+
+
 class splat_prior_model_desc(Structure):
     struct_size: int; flags: int; next: Any; preset: Any; model_path: Any; runtime_path: Any; threads: int
     tokens: int; device: Any
@@ -2268,6 +2337,13 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     "splat_mesh_maps": (splat_mesh_maps, True, 280, (
         ("color", 0, 56), ("albedo", 56, 56), ("mask", 112, 56), ("depth", 168, 56), ("normal", 224, 56),
     )),
+    "splat_mesh_views_desc": (splat_mesh_views_desc, False, 144, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8), ("layout", 24, 8),
+        ("category", 32, 8), ("split", 40, 8), ("name", 48, 8), ("prepared", 56, 8), ("seed", 64, 8),
+        ("size", 72, 4), ("train_views", 76, 4), ("test_views", 80, 4), ("samples", 84, 4), ("points", 88, 4),
+        ("protocol", 92, 4), ("background", 96, 4), ("reserved", 100, 4), ("distance", 104, 8), ("fov_x", 112, 8),
+        ("elevation", 120, 8), ("jitter", 128, 8), ("exposure", 136, 8),
+    )),
     "splat_prior_model_desc": (splat_prior_model_desc, False, 56, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("preset", 16, 8), ("model_path", 24, 8),
         ("runtime_path", 32, 8), ("threads", 40, 4), ("tokens", 44, 4), ("device", 48, 8),
@@ -2556,6 +2632,8 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_mesh_render", c_int32, (c_void_p, c_void_p, POINTER(splat_camera), c_uint32,
         POINTER(splat_mesh_render_desc), POINTER(splat_mesh_maps))),
     ("splat_mesh_destroy", c_int32, (c_void_p,)),
+    ("splat_mesh_find_views", c_int32, (POINTER(splat_mesh_views_desc), POINTER(c_int32))),
+    ("splat_mesh_write_views", c_int32, (c_void_p, c_void_p, POINTER(splat_mesh_views_desc))),
     ("splat_prior_preset", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t))),
     ("splat_prior_model_create", c_int32, (POINTER(splat_prior_model_desc), POINTER(c_void_p))),
     ("splat_prior_model_get_info", c_int32, (c_void_p, POINTER(splat_prior_model_info))),

@@ -356,6 +356,28 @@ pub type splat_mesh_size = i32;
 /** the diagonal of the box is 1, as in ShapeNet */ pub const SPLAT_MESH_UNIT_DIAGONAL: splat_mesh_size = 2;
 /** the farthest vertex is at distance 1 */ pub const SPLAT_MESH_UNIT_SPHERE: splat_mesh_size = 3;
 
+/** depth/: 1 / z from the image's least to its most, 8 bits */ pub const SPLAT_MESH_VIEWS_DEPTH: u32 = 1;
+/** normal/: (n + 1) / 2 in the camera's axes */ pub const SPLAT_MESH_VIEWS_NORMAL: u32 = 2;
+/** mask/: the share of a pixel's samples that see the mesh */ pub const SPLAT_MESH_VIEWS_MASK: u32 = 4;
+/** albedo/: pictures without light, over the same background */ pub const SPLAT_MESH_VIEWS_ALBEDO: u32 = 8;
+/// y is up in the mesh, as in glTF. It is turned, for z is up in the data set: z becomes x, x becomes y, and y
+/// becomes z
+pub const SPLAT_MESH_VIEWS_Y_UP: u32 = 16;
+
+/** Where the cameras of a data set stand; all look at the origin. */ pub type splat_mesh_protocol = i32;
+/// at random around the object; of val and test on a spiral from the horizon to the top, as SRN's
+pub const SPLAT_MESH_PROTOCOL_SPHERE: splat_mesh_protocol = 0;
+/** the same with all cameras above the horizon */ pub const SPLAT_MESH_PROTOCOL_HEMISPHERE: splat_mesh_protocol = 1;
+/** at equal angles on a circle, in every split */ pub const SPLAT_MESH_PROTOCOL_ORBIT: splat_mesh_protocol = 2;
+
+/** What is behind an object. */ pub type splat_mesh_background = i32;
+/** 1 in all channels */ pub const SPLAT_MESH_BACKGROUND_WHITE: splat_mesh_background = 0;
+/** 0 in all channels */ pub const SPLAT_MESH_BACKGROUND_BLACK: splat_mesh_background = 1;
+/** 0.5 in sRGB */ pub const SPLAT_MESH_BACKGROUND_GRAY: splat_mesh_background = 2;
+/** a random colour for each view */ pub const SPLAT_MESH_BACKGROUND_PLAIN: splat_mesh_background = 3;
+/// between two random colours, in a random direction
+pub const SPLAT_MESH_BACKGROUND_GRADIENT: splat_mesh_background = 4;
+
 /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1 to 1
 pub const SPLAT_PRIOR_MODEL_NUMBERS: u32 = 1;
 
@@ -1879,6 +1901,42 @@ pub struct splat_mesh_maps {
     pub normal: splat_image,
 }
 
+/// An object of a data set and what all its objects have in common; 0 is the default.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_mesh_views_desc {
+    pub struct_size: u32,
+    /** SPLAT_MESH_VIEWS_ bits */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** folder of the data set */ pub path: *const c_char,
+    /// "srn": srn_\<category\>/\<category\>_\<split\>/\<name\>/ with intrinsics.txt, pose/ and rgb/; "images":
+    /// \<split\>/\<name\>/ with transforms.json and rgb/; NULL: srn
+    pub layout: *const c_char,
+    /** in names of folders; NULL: objects */ pub category: *const c_char,
+    /** "train", "val", "test"; NULL: train */ pub split: *const c_char,
+    /** name of the object, as splat_path_name gives it */ pub name: *const c_char,
+    /// how meshes were made ready, such as "unit_diagonal", in words that all objects of a folder must have in
+    /// common; NULL: none
+    pub prepared: *const c_char,
+    /** with the name it decides all that is random */ pub seed: u64,
+    /** side of the images, pixels, 8 to 2048; 0: 128 */ pub size: u32,
+    /** views of an object in train; 0: 50 */ pub train_views: u32,
+    /** views of one in val and test; 0: 251 */ pub test_views: u32,
+    /** samples of a pixel's side: 1, 2, 4 or 8; 0: 4 */ pub samples: u32,
+    /** points on the surface, in points.ply, in the axes of the data set; 0: none */ pub points: u32,
+    pub protocol: splat_mesh_protocol,
+    pub background: splat_mesh_background,
+    /** 0 */ pub reserved: u32,
+    /** distance of the cameras from the origin; 0: 1.3 */ pub distance: f64,
+    /** field of view, radians; 0: a focal length of 131.25 pixels of 128, as SRN's */ pub fov_x: f64,
+    /** height of an orbit above the horizon, radians */ pub elevation: f64,
+    /// radians: each camera rolls, and aims beside the origin in both directions of its image, by up to this angle;
+    /// it stands by up to as many percent nearer or farther as this is degrees
+    pub jitter: f64,
+    /// stops: the object's light is multiplied by 2^e, with a random e of up to this size for each view; the
+    /// background stays
+    pub exposure: f64,
+}
+
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_prior_model_desc {
     pub struct_size: u32,
@@ -2114,10 +2172,10 @@ zeroed! {
     splat_optimizer_info splat_trainer_desc splat_trainer_batch splat_trainer_info splat_training_desc
     splat_evaluator_desc splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary
     splat_compare_desc splat_comparison_info splat_metric_comparison splat_external_memory splat_fit_desc
-    splat_mesh_file_desc splat_mesh_desc splat_mesh_info splat_mesh_render_desc splat_prior_model_desc
-    splat_prior_model_info splat_normals_desc splat_depth_scores splat_normal_scores splat_mask_scores
-    splat_fidelity_scores splat_point_scores splat_vulkan_requirements splat_vulkan_desc splat_vulkan_target
-    splat_vulkan_frame
+    splat_mesh_file_desc splat_mesh_desc splat_mesh_info splat_mesh_render_desc splat_mesh_views_desc
+    splat_prior_model_desc splat_prior_model_info splat_normals_desc splat_depth_scores splat_normal_scores
+    splat_mask_scores splat_fidelity_scores splat_point_scores splat_vulkan_requirements splat_vulkan_desc
+    splat_vulkan_target splat_vulkan_frame
 }
 
 extern "C" {
@@ -4201,6 +4259,30 @@ extern "C" {
     pub fn splat_mesh_destroy(mesh: splat_mesh) -> splat_result;
 
     /// ```text
+    /// Tell whether an object is there already, so that its mesh need not be read.
+    /// found     out; 1: it is there, 0: it is not
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_UNSUPPORTED (a size above 2048), or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of data made with other values, an
+    ///                                     object that another split has
+    ///   SPLAT_ERROR_IO                    the folder cannot be looked at
+    /// ```
+    pub fn splat_mesh_find_views(desc: *const splat_mesh_views_desc, found: *mut i32) -> splat_result;
+
+    /// ```text
+    /// Draw a mesh as an object of a data set, with its cameras, maps and points. The folder of the object
+    /// appears whole or not at all, and an existing one is kept, so that a set can be made by any number of
+    /// calls, processes and machines, and gone on with after they were killed. rendered.json in the folder of
+    /// the set has the values that all objects share. The bytes depend on the mesh, the desc, and the device
+    /// as those of splat_mesh_render do.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, as splat_mesh_find_views and splat_mesh_render, or
+    ///   SPLAT_ERROR_FORMAT                a mesh without area, or one that no view shows
+    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written
+    /// ```
+    pub fn splat_mesh_write_views(
+        mesh: splat_mesh, device: splat_device, desc: *const splat_mesh_views_desc
+    ) -> splat_result;
+
+    /// ```text
     /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
     /// "title", "input", "outputs", "file" (its name; where they are known url, bytes, sha256),
     /// "licence", "note"}}.
@@ -4557,6 +4639,7 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_mesh_info", false, std::mem::size_of::<splat_mesh_info>()),
     ("splat_mesh_render_desc", false, std::mem::size_of::<splat_mesh_render_desc>()),
     ("splat_mesh_maps", true, std::mem::size_of::<splat_mesh_maps>()),
+    ("splat_mesh_views_desc", false, std::mem::size_of::<splat_mesh_views_desc>()),
     ("splat_prior_model_desc", false, std::mem::size_of::<splat_prior_model_desc>()),
     ("splat_prior_model_info", false, std::mem::size_of::<splat_prior_model_info>()),
     ("splat_prior_maps", true, std::mem::size_of::<splat_prior_maps>()),
@@ -4785,6 +4868,10 @@ mod tests {
         20, 12; up: 32, 24; near_plane: 56, 8;);
         layout!(splat_mesh_maps, 280, 8, color: 0, 56; albedo: 56, 56; mask: 112, 56; depth: 168, 56; normal: 224,
         56;);
+        layout!(splat_mesh_views_desc, 144, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; path: 16, 8; layout: 24, 8;
+        category: 32, 8; split: 40, 8; name: 48, 8; prepared: 56, 8; seed: 64, 8; size: 72, 4; train_views: 76, 4;
+        test_views: 80, 4; samples: 84, 4; points: 88, 4; protocol: 92, 4; background: 96, 4; reserved: 100, 4;
+        distance: 104, 8; fov_x: 112, 8; elevation: 120, 8; jitter: 128, 8; exposure: 136, 8;);
         layout!(splat_prior_model_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; preset: 16, 8; model_path:
         24, 8; runtime_path: 32, 8; threads: 40, 4; tokens: 44, 4; device: 48, 8;);
         layout!(splat_prior_model_info, 56, 8, struct_size: 0, 4; maps: 4, 4; width: 8, 4; height: 12, 4; preset: 16,

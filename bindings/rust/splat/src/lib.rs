@@ -77,7 +77,7 @@ mod types {
         Fit, FitDesc, Interrupter, Ranks, RanksResult, Run, RunEvent, Scoring, Training,
         TrainingDesc,
     };
-    pub use crate::scene::mesh::{Mesh, MeshDesc, MeshMaps};
+    pub use crate::scene::mesh::{Mesh, MeshDesc, MeshMaps, MeshViewsDesc};
     pub use crate::scene::{Scene, SceneDesc};
     pub use crate::tables::{ExportDesc, ImportDesc, Progress};
     pub use crate::tensor::{Element, ExternalMemory, Mapping, MappingMut, Tensor, TensorDesc};
@@ -98,5 +98,6 @@ pub use picture::picture_cut;
 pub use predictor::builtin_weights;
 pub use priors::{normals_from_depth, picture_mask, prior_preset};
 pub use scene::formats as scene_formats;
+pub use scene::mesh::mesh_find_views;
 pub use tables::import_tables;
 pub use types::*;

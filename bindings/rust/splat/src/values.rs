@@ -569,6 +569,40 @@ number! {
 }
 
 flags! {
+    /// What is written of each view besides its picture, and where is up.
+    MeshViewsFlags {
+        /** depth/: 1 / z from the image's least to its most, 8 bits */ DEPTH = SPLAT_MESH_VIEWS_DEPTH,
+        /** normal/: (n + 1) / 2 in the camera's axes */ NORMAL = SPLAT_MESH_VIEWS_NORMAL,
+        /** mask/: the share of a pixel's samples that see the mesh */ MASK = SPLAT_MESH_VIEWS_MASK,
+        /** albedo/: pictures without light, over the same background */ ALBEDO = SPLAT_MESH_VIEWS_ALBEDO,
+        /// y is up in the mesh, as in glTF. It is turned, for z is up in the data set: z becomes x, x becomes y, and
+        /// y becomes z
+        Y_UP = SPLAT_MESH_VIEWS_Y_UP,
+    }
+}
+
+number! {
+    /// Where the cameras of a data set stand; all look at the origin.
+    MeshProtocol {
+        /// at random around the object; of val and test on a spiral from the horizon to the top, as SRN's
+        SPHERE = SPLAT_MESH_PROTOCOL_SPHERE,
+        /** the same with all cameras above the horizon */ HEMISPHERE = SPLAT_MESH_PROTOCOL_HEMISPHERE,
+        /** at equal angles on a circle, in every split */ ORBIT = SPLAT_MESH_PROTOCOL_ORBIT,
+    }
+}
+
+number! {
+    /// What is behind an object.
+    MeshBackground {
+        /** 1 in all channels */ WHITE = SPLAT_MESH_BACKGROUND_WHITE,
+        /** 0 in all channels */ BLACK = SPLAT_MESH_BACKGROUND_BLACK,
+        /** 0.5 in sRGB */ GRAY = SPLAT_MESH_BACKGROUND_GRAY,
+        /** a random colour for each view */ PLAIN = SPLAT_MESH_BACKGROUND_PLAIN,
+        /** between two random colours, in a random direction */ GRADIENT = SPLAT_MESH_BACKGROUND_GRADIENT,
+    }
+}
+
+flags! {
     /// What the numbers of a model's maps are.
     PriorModelFlags {
         /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1
@@ -1229,7 +1263,7 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 113] = [
+pub(crate) const WORDS: [(&str, &str); 114] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
     ("SPLAT_CONVENTION_RAY_MAXIMUM", "Convention::RAY_MAXIMUM"), ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"),
@@ -1273,11 +1307,11 @@ pub(crate) const WORDS: [(&str, &str); 113] = [
     ("splat_evaluator_score_images", "Evaluator::score_images"), ("splat_fit_open", "Fit::open"),
     ("splat_fit_score", "Scoring::open"), ("splat_gaussians_desc", "Gaussians"),
     ("splat_gradients_desc", "Gradients"), ("splat_lpips", "Lpips"), ("splat_lpips_desc", "Lpips"),
-    ("splat_mesh", "Mesh"), ("splat_model", "Model"), ("splat_model_backward", "Model::backward"),
-    ("splat_model_forward", "Model::forward"), ("splat_model_load", "Model::load"),
-    ("splat_model_ports", "Model::ports"), ("splat_module", "Module"), ("splat_op", "Op"),
-    ("splat_optimizer", "Optimizer"), ("splat_picture_cut_desc", "PictureCut"), ("splat_predictor", "Predictor"),
-    ("splat_prior_model", "PriorModel"), ("splat_raster_state", "RasterState"),
+    ("splat_mesh", "Mesh"), ("splat_mesh_write_views", "Mesh::write_views"), ("splat_model", "Model"),
+    ("splat_model_backward", "Model::backward"), ("splat_model_forward", "Model::forward"),
+    ("splat_model_load", "Model::load"), ("splat_model_ports", "Model::ports"), ("splat_module", "Module"),
+    ("splat_op", "Op"), ("splat_optimizer", "Optimizer"), ("splat_picture_cut_desc", "PictureCut"),
+    ("splat_predictor", "Predictor"), ("splat_prior_model", "PriorModel"), ("splat_raster_state", "RasterState"),
     ("splat_raster_state_create", "RasterState::create"), ("splat_rasterizer", "Rasterizer"),
     ("splat_rasterizer_forward", "Rasterizer::forward"), ("splat_rasterizer_read", "Rasterizer::read"),
     ("splat_run", "Run"), ("splat_run_next", "Run::next"), ("splat_scene", "Scene"), ("splat_tensor", "Tensor"),
