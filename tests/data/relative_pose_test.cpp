@@ -61,7 +61,7 @@ TEST(RelativePose, MapsPointsBetweenTheCameras) {
 }
 
 TEST(RelativePose, QuaternionsTurnAsTheirMatrix) {
-    synthetic::Random random(1, 1, 1, 1);
+    Random random(1, 1, 1, 1);
     for (int i = 0; i < 300; ++i) {
         // Angles near 180 degrees too, where the trace carries no information.
         const double angle = i % 3 == 0 ? 3.14159265358979 - 1e-9 * i : random.between(-3.1, 3.1);

@@ -11,8 +11,8 @@ using mesh_views::ViewsDesc;
 
 namespace {
 
-constexpr std::uint32_t kMapFlags = SPLAT_MESH_VIEWS_DEPTH | SPLAT_MESH_VIEWS_NORMAL |
-                                    SPLAT_MESH_VIEWS_MASK | SPLAT_MESH_VIEWS_ALBEDO;
+constexpr std::uint32_t kViewMapFlags = SPLAT_MESH_VIEWS_DEPTH | SPLAT_MESH_VIEWS_NORMAL |
+                                        SPLAT_MESH_VIEWS_MASK | SPLAT_MESH_VIEWS_ALBEDO;
 
 static_assert(SPLAT_MESH_PROTOCOL_ORBIT == static_cast<int>(mesh_views::Protocol::kOrbit));
 static_assert(SPLAT_MESH_BACKGROUND_GRADIENT ==
@@ -34,7 +34,7 @@ Result<Enum> enum_of(const char* field, std::int32_t value, Enum last) {
 }
 
 Result<ViewsDesc> desc_of(const splat_mesh_views_desc* desc) {
-    SPLAT_TRY(api::check_desc(desc, kMapFlags | SPLAT_MESH_VIEWS_Y_UP));
+    SPLAT_TRY(api::check_desc(desc, kViewMapFlags | SPLAT_MESH_VIEWS_Y_UP));
     SPLAT_TRY(api::require(desc->path, "desc.path", desc->name, "desc.name"));
     ViewsDesc value;
     value.path = desc->path;

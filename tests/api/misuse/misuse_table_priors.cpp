@@ -9,7 +9,6 @@
 namespace splat::test {
 namespace {
 
-constexpr const char* kNoMesh = "/nonexistent/mesh.obj";
 const float kMisusePoints[6] = {};
 
 /// One number is not finite.
