@@ -87,7 +87,7 @@ SPLAT_API splat_result splat_mesh_load_report(splat_mesh mesh, char* buffer, siz
 /* What a mesh is. */
 typedef struct splat_mesh_info {
     uint32_t struct_size;
-    uint32_t materials;  /* materials, 0: all is white */
+    uint32_t materials;  /* materials, of .obj one more for faces without; 0: all is white */
     uint32_t textures;   /* textures of the materials */
     uint32_t reserved;   /* 0 */
     uint64_t vertices;   /* vertices */

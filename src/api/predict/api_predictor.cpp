@@ -65,10 +65,7 @@ Status of_weights(const Status& loaded) {
     return {Code::kFormat, loaded.message()};
 }
 
-/// The weights with the adapters folded in.
-Result<WeightsPointer> with_adapters(const WeightsPointer& weights,
-                                     const splat_predictor_desc& desc,
-                                     const config::ModelConfig& network) {
+Status check_adapters(const splat_predictor_desc& desc) {
     if (desc.adapters_path != nullptr && desc.adapters != nullptr)
         return invalid(
             "splat_predictor_desc: adapters_path and adapters are both given, expected "
@@ -76,6 +73,13 @@ Result<WeightsPointer> with_adapters(const WeightsPointer& weights,
     if (!std::isfinite(desc.adapters_alpha))
         return invalid("splat_predictor_desc.adapters_alpha is %g, expected a finite number",
                        desc.adapters_alpha);
+    return {};
+}
+
+/// The weights with the adapters folded in.
+Result<WeightsPointer> with_adapters(const WeightsPointer& weights,
+                                     const splat_predictor_desc& desc,
+                                     const config::ModelConfig& network) {
     SPLAT_ASSIGN(const WeightsPointer adapters,
                  predictor_weights(desc.adapters_path, desc.adapters, "adapters"));
     if (adapters == nullptr) return weights;
@@ -136,6 +140,7 @@ Result<raster::Convention> convention_of(const splat_predictor_desc& desc) {
 
 Result<PredictorPointer> make_predictor(splat_device device, const splat_predictor_desc& desc) {
     SPLAT_ASSIGN(const auto owner, api::find(device));
+    SPLAT_TRY(check_adapters(desc));
     auto object = std::make_shared<api::PredictorObject>(owner->context);
     if (desc.weights_path != nullptr) object->path = desc.weights_path;
     if (desc.weights == nullptr)

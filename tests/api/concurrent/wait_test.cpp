@@ -75,6 +75,7 @@ struct Objects {
           request("silu", {tensor}, {result = make_tensor(device, {64, 64})}),
           op(make_op(device, request)),
           scene(SampleScene(100).create()),
+          mesh(make_mesh()),
           rasterizer(make_rasterizer(device, rasterizer_desc(100, 32, 32))),
           weights(make_weights()),
           model(make_model(device)),
@@ -104,6 +105,7 @@ struct Objects {
     OpRequest request;
     Op op;
     Scene scene;
+    Mesh mesh;
     Rasterizer rasterizer;
     RasterState state;
     Weights weights;
@@ -130,6 +132,8 @@ void describe(Stopwatch& watch, splat_device device, const Objects& objects) {
     watch.info("splat_tensor_get_info", splat_tensor_get_info, objects.tensor.get());
     watch.info("splat_scene_get_info", splat_scene_get_info, objects.scene.get());
     watch.text("splat_scene_load_report", splat_scene_load_report, objects.scene);
+    watch.info("splat_mesh_get_info", splat_mesh_get_info, objects.mesh.get());
+    watch.text("splat_mesh_load_report", splat_mesh_load_report, objects.mesh);
     auto rasterizer = sized<splat_rasterizer_info>();
     watch.time("splat_rasterizer_get_info",
                [&] { return splat_rasterizer_get_info(objects.rasterizer, nullptr, &rasterizer); });
@@ -158,6 +162,7 @@ void end_all(Stopwatch& watch, Objects& objects) {
     watch.end("splat_op_destroy", objects.op);
     watch.end("splat_tensor_destroy", objects.tensor);
     watch.end("splat_scene_destroy", objects.scene);
+    watch.end("splat_mesh_destroy", objects.mesh);
     watch.end("splat_rasterizer_destroy", objects.rasterizer);
     watch.end("splat_raster_state_destroy", objects.state);
     watch.end("splat_weights_destroy", objects.weights);

@@ -46,7 +46,7 @@ TEST(ApiMesh, LoadsMeasuresAndNormalises) {
     splat_mesh_info info = info_of(mesh);
     EXPECT_EQ(info.vertices, 4U);
     EXPECT_EQ(info.triangles, 2U);
-    EXPECT_EQ(info.materials, 1U);
+    EXPECT_EQ(info.materials, 2U) << "red, and that of faces without one";
     EXPECT_EQ(info.area, 8);
     EXPECT_EQ(info.high[0], 4);
     EXPECT_GT(info.device_bytes, 4U * 16);

@@ -72,7 +72,7 @@ struct RenderDataOptions {
     std::uint64_t seed = 0;
     std::uint32_t views = 50, test_views = 251, size = 128, samples = 4, points = 10000;
     double distance = 1.3, fov = 0, elevation = 20, jitter = 0, exposure = 0;
-    std::string shard, device, duckdb;
+    std::string shard, device = "best", duckdb;
     bool lenient = false, json = false;
 };
 
