@@ -1,6 +1,6 @@
 #!/bin/sh
-# Copy src for mcs, mono's compiler, to a folder that loses its other .cs files: without the "?" of references that may be null, which it does not know. That of
-# numbers and flags stays.
+# Copy src for mcs, mono's compiler, to a folder whose other .cs files go: without the "?" of references that may be
+# null, which it does not know. That of numbers and flags stays.
 #
 #   for_mcs.sh <folder>
 set -eu
