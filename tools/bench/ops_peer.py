@@ -65,8 +65,8 @@ class Splat:
         """ms of the kernels but conversions."""
         self.device.reset_profile()
         run()
-        return sum(row.total_ms for row in self.device.profile
-                   if not row.op.startswith("quads_") and "_pack" not in row.op)
+        return sum(row["total_ms"] for row in self.device.profile()["ops"]
+                   if not row["op"].startswith("quads_") and "_pack" not in row["op"])
 
     def run(self):
         return [self.time(self.op.forward), self.time(self.op.backward)]
