@@ -4,8 +4,7 @@
 // broadcast. Both operands have the layout of the tile, so nothing is packed.
 // One invocation computes kColumns columns by 8 * kBlocks rows; subgroups of 8 lanes or more.
 // Bindings: s, v, other, y.
-// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks, kOther, kDepth: quads of k per turn of the loop,
-// which it divides.
+// Specialisation: workgroup size (a multiple of 8), kColumns, kBlocks, kOther.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -18,7 +17,6 @@ layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kAttentionColumnsId) const uint kColumns = 8;
 layout(constant_id = kAttentionBlocksId) const uint kBlocks = 2;
 layout(constant_id = kAttentionOtherId) const uint kOther = 0;
-layout(constant_id = kAttentionDepthId) const uint kDepth = 1;
 QUADS(0, s);
 QUADS(1, v);
 QUADS(2, other);
@@ -48,25 +46,21 @@ void main() {
     [[unroll]] for (uint b = 0; b < kBlocks; ++b)
         row[b] = from_s + min((first_block + b) * 8 + lane, params.m - 1);
 
-    for (uint q = 0; q < quads; q += kDepth) {
-        vec4 vs[kDepth * kColumns];
-        [[unroll]] for (uint u = 0; u < kDepth; ++u)
-            [[unroll]] for (uint a = 0; a < kColumns; ++a)
-                vs[u * kColumns + a] = LD4(v, (q + u) * params.v_stride + column[a]);
+    for (uint q = 0; q < quads; ++q) {
+        vec4 vs[kColumns];
+        [[unroll]] for (uint a = 0; a < kColumns; ++a) vs[a] = LD4(v, q * params.v_stride + column[a]);
         [[unroll]] for (uint b = 0; b < kBlocks; ++b) {
-            vec4 w[kDepth];
-            [[unroll]] for (uint u = 0; u < kDepth; ++u) w[u] = LD4(s, (q + u) * params.s_stride + row[b]);
-            [[unroll]] for (uint m = 0; m < 8; ++m)
-                [[unroll]] for (uint u = 0; u < kDepth; ++u) {
-                    const float w0 = subgroupShuffle(w[u].x, m);
-                    const float w1 = subgroupShuffle(w[u].y, m);
-                    const float w2 = subgroupShuffle(w[u].z, m);
-                    const float w3 = subgroupShuffle(w[u].w, m);
-                    [[unroll]] for (uint a = 0; a < kColumns; ++a) {
-                        const vec4 k = vs[u * kColumns + a];
-                        sums[(b * 8 + m) * kColumns + a] += (w0 * k.x + w1 * k.y) + (w2 * k.z + w3 * k.w);
-                    }
+            const vec4 w = LD4(s, q * params.s_stride + row[b]);
+            [[unroll]] for (uint m = 0; m < 8; ++m) {
+                const float w0 = subgroupShuffle(w.x, m);
+                const float w1 = subgroupShuffle(w.y, m);
+                const float w2 = subgroupShuffle(w.z, m);
+                const float w3 = subgroupShuffle(w.w, m);
+                [[unroll]] for (uint a = 0; a < kColumns; ++a) {
+                    const vec4 k = vs[a];
+                    sums[(b * 8 + m) * kColumns + a] += (w0 * k.x + w1 * k.y) + (w2 * k.z + w3 * k.w);
                 }
+            }
         }
     }
 

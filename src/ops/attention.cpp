@@ -122,16 +122,12 @@ Status multiply(const Step& step, const char* op, const Matrix& s, const Matrix&
     std::vector<vk::SpecConstant> constants = {{params::kWorkgroupSizeId, size}};
     vk::Groups workgroups{groups(params.n, size), groups(params.m, 4), batches};
     if (kernels == Kernels::kCpu) {
-        // Few columns would leave a wide tile idle. Tall and deep ones are those of linear.cpp.
+        // Few columns would leave a wide tile idle.
         const std::uint32_t columns = params.n >= 64 ? 8 : params.n >= 16 ? 2 : 1;
-        const bool large = device.features.large_code_cache && columns == 8;
-        const std::uint32_t blocks = large && params.m >= 64 ? 2 * kBlocks : kBlocks;
-        const bool deep = large && quads_of(params.k) % 2 == 0;
         constants = {{params::kWorkgroupSizeId, 8},
                      {params::kAttentionColumnsId, columns},
-                     {params::kAttentionBlocksId, blocks},
-                     {params::kAttentionDepthId, deep ? 2U : 1U}};
-        workgroups = {groups(params.n, 8 * columns), groups(params.m, 8 * blocks), batches};
+                     {params::kAttentionBlocksId, kBlocks}};
+        workgroups = {groups(params.n, 8 * columns), groups(params.m, 8 * kBlocks), batches};
     } else if (kernels == Kernels::kGpu) {
         const ProductTiles tiles = product_tiles(device, params.m, params.n, batches, true);
         constants = tiles.constants();

@@ -8,20 +8,21 @@ namespace {
 using vk::BufferView;
 
 /// One pixel on each side.
-Pad2dDesc border(const Conv2dDesc& desc, std::uint32_t channels, bool replicate) {
+Pad2dDesc border_of(const Conv2dDesc& desc, std::uint32_t channels, bool replicate) {
     return {desc.n, channels, desc.height, desc.width, 1, 1, 1, 1, replicate};
 }
 
-struct Spaces {
+struct WideSpaces {
     BufferView grad_y;  ///< with zeros around it
     BufferView x;       ///< with its border, or the gradient of that
     BufferView rest;    ///< workspace of the convolution
     std::uint64_t end = 0;
 };
 
-Spaces spaces_of(const vk::Recorder& recorder, const Conv2dDesc& desc, const BufferView& view) {
+WideSpaces wide_spaces(const vk::Recorder& recorder, const Conv2dDesc& desc,
+                       const BufferView& view) {
     const Conv2dDesc wide = conv2d_widened(desc);
-    Spaces at;
+    WideSpaces at;
     const auto next = [&](std::uint64_t bytes, const Shape& shape) {
         BufferView part = present(view) ? view.part(at.end, bytes) : view;
         part.shape = shape;
@@ -52,15 +53,15 @@ Conv2dDesc conv2d_widened(const Conv2dDesc& desc) {
 }
 
 std::uint64_t replicate_backward_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc) {
-    return spaces_of(recorder, desc, {}).end;
+    return wide_spaces(recorder, desc, {}).end;
 }
 
 Status replicate_backward(vk::Recorder& recorder, const Conv2dDesc& desc, const BufferView& weight,
                           const OpViews& v) {
     const Conv2dDesc wide = conv2d_widened(desc);
-    const Spaces spaces = spaces_of(recorder, desc, v.workspace);
-    const Pad2dDesc around_x = border(desc, desc.in_channels, true);
-    SPLAT_TRY(pad2d_forward(recorder, border(desc, desc.out_channels, false), v.grad_outputs[0],
+    const WideSpaces spaces = wide_spaces(recorder, desc, v.workspace);
+    const Pad2dDesc around_x = border_of(desc, desc.in_channels, true);
+    SPLAT_TRY(pad2d_forward(recorder, border_of(desc, desc.out_channels, false), v.grad_outputs[0],
                             spaces.grad_y));
     SPLAT_TRY(conv2d_backward_begin(recorder, wide, spaces.grad_y, spaces.rest));
     if (present(v.grad_inputs[0])) {
