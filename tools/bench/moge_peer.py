@@ -138,7 +138,9 @@ def main():
     text = table(options, list(runs), times, found, (normals[0].numpy(), mask[0].numpy()), load)
     print(text)
     if options.write:
-        before, _, rest = BENCHMARKS.read_text().partition(BEGIN)
+        before, begin, rest = BENCHMARKS.read_text().partition(BEGIN)
+        if not begin:
+            sys.exit(f"{BENCHMARKS} has no line {BEGIN}")
         BENCHMARKS.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.partition(END)[2]}")
     return 0
 

@@ -146,7 +146,9 @@ def main():
     text = "\n".join(lines)
     print(text)
     if options.write:
-        before, _, rest = BENCHMARKS.read_text().partition(BEGIN)
+        before, begin, rest = BENCHMARKS.read_text().partition(BEGIN)
+        if not begin:
+            sys.exit(f"{BENCHMARKS} has no line {BEGIN}")
         BENCHMARKS.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.partition(END)[2]}")
     return 0
 
