@@ -20,4 +20,9 @@ inline bool is_fit_shader(std::string_view name) {
            name.starts_with("prior_loss_");
 }
 
+/// True if a shader belongs to shaders/triangles, whose tests run each.
+inline bool is_triangle_shader(std::string_view name) {
+    return name.starts_with("triangle_");
+}
+
 }  // namespace splat::test

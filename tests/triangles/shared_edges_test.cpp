@@ -82,7 +82,7 @@ TEST(SharedEdges, OfTiltedAndRandomPlanes) {
     const TriangleMesh mesh = grid_mesh(40, [&](std::uint32_t x, std::uint32_t y) {
         const double u = x / 10.0 - 2 + 0.04 * rng.uniform();
         const double v = y / 10.0 - 2 + 0.04 * rng.uniform();
-        return Vec3(u, v, 1.5 + 0.3 * u - 0.2 * v);
+        return Vec3(u, v, 1.5 + 0.1 * u - 0.1 * v);
     });
     expect_each_sample_once(mesh, plain_camera());
     EXPECT_EQ(

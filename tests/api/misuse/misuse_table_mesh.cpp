@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kFar[12] = {0, 0, 0, 1, 0, 0, NAN, 1, 0, 0, 0, 1};
 constexpr std::uint32_t kBeyond[3] = {0, 1, 4};
-constexpr float kNumbers[24] = {};
+constexpr float kTwentyFour[24] = {};
 constexpr std::uint8_t kTexel[4] = {};
 
 }  // namespace
@@ -32,7 +32,7 @@ void MisuseTable::mesh_rows() {
           std::pair{&splat_mesh_desc::colors, &splat_mesh_desc::color_count}}) {
         invalid("a count without an array", kArgument, [count = count](auto& d) { d.*count = 12; });
         invalid("of other vertices", kArgument, [array = array, count = count](auto& d) {
-            d.*array = kNumbers;
+            d.*array = kTwentyFour;
             d.*count = 24;
         });
     }

@@ -28,7 +28,7 @@ fn meshes_are_measured_and_sampled() {
     assert_eq!(mesh.sample(20, 1).unwrap()[..30], mesh.sample(10, 1).unwrap()[..]);
     assert!(mesh.load_report().unwrap().contains("warnings"));
     let missing = Mesh::load(folder.join("no.obj"), &Default::default()).unwrap_err();
-    assert_eq!(missing.code(), Code::ERROR_NOT_FOUND);
+    assert_eq!(missing.code(), Code::NotFound);
 }
 
 #[test]
