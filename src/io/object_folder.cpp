@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 
+#include "core/os/path.h"
 #include "core/os/process.h"
 #include "io/file.h"
 #include "io/folder.h"

@@ -129,7 +129,8 @@ void append_material(std::vector<std::uint32_t>& words, const scene::MeshMateria
     const auto set = [&](std::size_t at, float value) {
         words[first + at] = std::bit_cast<std::uint32_t>(value);
     };
-    for (std::size_t k = 0; k < 4; ++k) set(k, material.color[k]);
+    for (std::size_t k = 0; k < 4; ++k)
+        set(k, std::isfinite(material.color[k]) ? material.color[k] : 0.0F);
     words[first + params::kMaterialTexture] = material.texture;
     words[first + params::kMaterialBits] =
         static_cast<std::uint32_t>(material.wrap_u) |
@@ -138,7 +139,8 @@ void append_material(std::vector<std::uint32_t>& words, const scene::MeshMateria
         static_cast<std::uint32_t>(material.alpha) << params::kAlphaBit |
         (material.double_sided ? 1U << params::kDoubleSidedBit : 0U);
     set(params::kMaterialCutoff, material.alpha_cutoff);
-    for (std::size_t k = 0; k < 6; ++k) set(params::kMaterialPlace + k, material.at[k]);
+    for (std::size_t k = 0; k < 6; ++k)
+        set(params::kMaterialPlace + k, texture_number(material.at[k]));
 }
 
 void append_texels(std::vector<std::uint32_t>& words, std::span<const Texel> texels) {

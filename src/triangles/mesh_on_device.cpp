@@ -126,8 +126,7 @@ Status write_attributes(vk::Context& context, const scene::TriangleMesh& mesh, M
     SPLAT_TRY(write_elements(context, all.part(4 * normals, 4 * texcoords), mesh.texcoords.size(),
                              2, [&](std::size_t i, std::uint32_t* at) {
                                  for (std::size_t k = 0; k < 2; ++k) {
-                                     const float given = mesh.texcoords[i][k];
-                                     at[k] = word_of(std::isfinite(given) ? given : 0.0F);
+                                     at[k] = word_of(texture_number(mesh.texcoords[i][k]));
                                  }
                              }));
     return write_elements(context, all.part(4 * (normals + texcoords), 8 * mesh.colors.size()),

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 
@@ -31,6 +33,13 @@ struct MeshOnDevice {
 /// Errors: those of scene::check_mesh() and Memory::allocate(); kInvalidArgument for a box beyond 10^30;
 /// kUnsupported for a mesh with an array that the device does not bind.
 Result<MeshOnDevice> upload(vk::Context& context, const scene::TriangleMesh& mesh);
+
+/// Bounds of texture coordinates and of the factors that place textures: products stay finite, and float32 has eighths of
+/// a texture there.
+inline constexpr float kMostTexcoord = 1 << 20;
+inline float texture_number(float given) {
+    return std::isnan(given) ? 0.0F : std::clamp(given, -kMostTexcoord, kMostTexcoord);
+}
 
 /// Linear values of bytes, materials, textures with their levels, and texels, as shaders/include/triangles/surface.glsl
 /// reads them. A level has half the side of the one before, each texel the mean of what it covers, in linear light.

@@ -228,8 +228,9 @@ Status Renderer::draw_pairs(vk::Recorder& recorder, params::TriangleParams param
     params.groups_x = groups[0];
     params.pairs_end = pairs;
     params.numbers = numbers ? 1 : 0;
+    // A pair draws four pixels, as small triangles do, and at most a tile.
+    const double pixel = 100 * static_cast<double>(plan_.per_pixel());
     constexpr double kTilePixels = params::kTriangleTile * params::kTriangleTile;
-    const double most = 2000 + 100 * kTilePixels * static_cast<double>(plan_.per_pixel());
     return recorder.dispatch({
         .op = "triangles",
         .shader = "triangle_draw",
@@ -242,8 +243,8 @@ Status Renderer::draw_pairs(vk::Recorder& recorder, params::TriangleParams param
                      vk::read(sums_.range()), vk::read(boxes_.range()),
                      vk::read_write(samples_.range())},
         .groups = groups,
-        .work = {.flops = most / 4 * pairs, .bytes = 200.0 * pairs},
-        .most_group = {.flops = most * group, .bytes = 200.0 * group},
+        .work = {.flops = (2000 + 4 * pixel) * pairs, .bytes = 200.0 * pairs},
+        .most_group = {.flops = (2000 + kTilePixels * pixel) * group, .bytes = 200.0 * group},
     });
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "support/expect_status.h"
@@ -87,6 +88,22 @@ TEST(MeshRenderer, LensesMayBeExtreme) {
         camera.cx = principal;
         const Images images = drawn(*shared_context(), mesh, {camera}, {}, kAll);
         for (const float value : images.depth) EXPECT_TRUE(std::isfinite(value));
+        for (const float value : images.color) EXPECT_TRUE(value >= 0 && value <= 1);
+    }
+}
+
+TEST(MeshRenderer, TextureCoordinatesMayBeAnything) {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    TriangleMesh mesh = square_mesh();
+    mesh.textures = {{2, 1, {{255, 0, 0, 255}, {0, 255, 0, 99}}}};
+    mesh.materials = {{.texture = 0,
+                       .at = {3e38F, -3e38F, kInfinity, 3e38F, 1, 0},
+                       .alpha = scene::AlphaMode::kMask}};
+    mesh.texcoords = {{3e38F, -3e38F}, {kInfinity, 0}, {-kInfinity, NAN}, {1e20F, -1e-40F}};
+    for (const bool nearest : {false, true}) {
+        mesh.materials[0].nearest = nearest;
+        const Images images =
+            drawn(*shared_context(), mesh, {camera_at({0, 0.3, 2}, 16, 16, 16)}, {}, kAll);
         for (const float value : images.color) EXPECT_TRUE(value >= 0 && value <= 1);
     }
 }

@@ -22,10 +22,10 @@ float wrapped(float u, uint wrap) {
     return turn > 1 ? 2 - turn : turn;
 }
 
-// A texel that may lie one outside.
+// A texel that may lie one outside; any one for coordinates that are not finite.
 int inside_of(int at, int size, uint wrap) {
-    if (wrap != 0) return clamp(at, 0, size - 1);
-    return at < 0 ? at + size : at >= size ? at - size : at;
+    const int turned = wrap != 0 ? at : at < 0 ? at + size : at >= size ? at - size : at;
+    return clamp(turned, 0, size - 1);
 }
 
 // `area`: of a sample, in those of u and v.
@@ -45,7 +45,7 @@ vec4 texture_at(uint material, vec2 uv, float area) {
     }
     const vec2 at = vec2(wrapped(uv.x, wrap_u), wrapped(uv.y, wrap_v)) * vec2(size);
     if ((bits >> kNearestBit & 1u) != 0) {
-        const ivec2 texel = min(ivec2(at), size - 1);
+        const ivec2 texel = clamp(ivec2(at), ivec2(0), size - 1);
         return texel_of(begin + uint(texel.y) * uint(size.x) + uint(texel.x));
     }
     const vec2 low = floor(at - 0.5), part = at - 0.5 - low;

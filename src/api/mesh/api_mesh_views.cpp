@@ -11,14 +11,14 @@ using mesh_views::ViewsDesc;
 
 namespace {
 
-constexpr std::uint32_t kViewMapFlags = SPLAT_MESH_VIEWS_DEPTH | SPLAT_MESH_VIEWS_NORMAL |
-                                        SPLAT_MESH_VIEWS_MASK | SPLAT_MESH_VIEWS_ALBEDO;
+constexpr std::uint32_t kViewMaps = SPLAT_MESH_VIEWS_DEPTH | SPLAT_MESH_VIEWS_NORMAL |
+                                    SPLAT_MESH_VIEWS_MASK | SPLAT_MESH_VIEWS_ALBEDO;
 
 static_assert(SPLAT_MESH_PROTOCOL_ORBIT == static_cast<int>(mesh_views::Protocol::kOrbit));
 static_assert(SPLAT_MESH_BACKGROUND_GRADIENT ==
               static_cast<int>(mesh_views::Background::kGradient));
 
-Result<mesh_views::Layout> layout_of(const char* name) {
+Result<mesh_views::Layout> view_layout_of(const char* name) {
     const std::string text = name != nullptr ? name : "srn";
     if (text == "srn") return mesh_views::Layout::kSrn;
     if (text == "images") return mesh_views::Layout::kImages;
@@ -33,13 +33,13 @@ Result<Enum> enum_of(const char* field, std::int32_t value, Enum last) {
                    static_cast<std::int32_t>(last));
 }
 
-Result<ViewsDesc> desc_of(const splat_mesh_views_desc* desc) {
-    SPLAT_TRY(api::check_desc(desc, kViewMapFlags | SPLAT_MESH_VIEWS_Y_UP));
+Result<ViewsDesc> views_desc_of(const splat_mesh_views_desc* desc) {
+    SPLAT_TRY(api::check_desc(desc, kViewMaps | SPLAT_MESH_VIEWS_Y_UP));
     SPLAT_TRY(api::require(desc->path, "desc.path", desc->name, "desc.name"));
     ViewsDesc value;
     value.path = desc->path;
     value.name = desc->name;
-    SPLAT_ASSIGN(value.layout, layout_of(desc->layout));
+    SPLAT_ASSIGN(value.layout, view_layout_of(desc->layout));
     if (desc->category != nullptr) value.category = desc->category;
     if (desc->split != nullptr) value.split = desc->split;
     if (desc->prepared != nullptr) value.prepared = desc->prepared;
@@ -97,7 +97,7 @@ Result<mesh_views::Draw> drawer_of(vk::Context& context, const scene::TriangleMe
 
 splat_result splat_mesh_find_views(const splat_mesh_views_desc* desc, int32_t* found) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const ViewsDesc value, desc_of(desc));
+        SPLAT_ASSIGN(const ViewsDesc value, views_desc_of(desc));
         SPLAT_TRY(api::require(found, "found"));
         SPLAT_ASSIGN(const bool is_there, mesh_views::has_object(value));
         *found = is_there ? 1 : 0;
@@ -109,7 +109,7 @@ splat_result splat_mesh_write_views(splat_mesh mesh, splat_device device,
                                     const splat_mesh_views_desc* desc) {
     return api::with(mesh, [&](const auto& object) -> Status {
         SPLAT_ASSIGN(const auto owner, api::find(device));
-        SPLAT_ASSIGN(const ViewsDesc value, desc_of(desc));
+        SPLAT_ASSIGN(const ViewsDesc value, views_desc_of(desc));
         SPLAT_ASSIGN(const bool is_there, mesh_views::has_object(value));
         if (is_there) return {};
         // The mesh's mutex is locked after the device's, so both are held while files are written.

@@ -18,12 +18,12 @@ splat_mesh_info info_of(const Mesh& mesh) {
 }
 
 /// A file in a folder of this process, which goes with it.
-class MeshFile {
+class MeshFolder {
   public:
-    MeshFile() { std::filesystem::create_directories(folder_); }
-    ~MeshFile() { std::filesystem::remove_all(folder_); }
-    MeshFile(const MeshFile&) = delete;
-    MeshFile& operator=(const MeshFile&) = delete;
+    MeshFolder() { std::filesystem::create_directories(folder_); }
+    ~MeshFolder() { std::filesystem::remove_all(folder_); }
+    MeshFolder(const MeshFolder&) = delete;
+    MeshFolder& operator=(const MeshFolder&) = delete;
     [[nodiscard]] std::string write(const char* name, const char* text) const {
         const std::string path = (folder_ / name).string();
         std::ofstream(path) << text;
@@ -39,7 +39,7 @@ constexpr const char* kObj =
     "mtllib a.mtl\nusemtl red\nv 0 0 0\nv 4 0 0\nv 4 2 0\nv 0 2 0\nf 1 2 3 4\n";
 
 TEST(ApiMesh, LoadsMeasuresAndNormalises) {
-    const MeshFile files;
+    const MeshFolder files;
     static_cast<void>(files.write("a.mtl", "newmtl red\nKd 1 0 0\n"));
     const std::string path = files.write("a.obj", kObj);
     const Mesh mesh = got(splat_mesh_load, path.c_str(), nullptr);
@@ -65,7 +65,7 @@ TEST(ApiMesh, LoadsMeasuresAndNormalises) {
 }
 
 TEST(ApiMesh, SamplesAsOfAFile) {
-    const MeshFile files;
+    const MeshFolder files;
     const std::string path = files.write("b.obj", "v 0 0 0\nv 4 0 0\nv 4 2 0\nf 1 2 3\n");
     const Mesh mesh = got(splat_mesh_load, path.c_str(), nullptr);
     float points[30], of_file[30];

@@ -5,7 +5,7 @@ namespace splat::test {
 namespace {
 
 constexpr char kNoFormat[] = "no file of any kind";
-constexpr const char* kNoMesh = "/nonexistent/mesh.obj";
+constexpr const char* kNoMeshFile = "/nonexistent/mesh.obj";
 constexpr const char* kNoImageFile = "/nonexistent/file.png";
 constexpr double kOrigin[16] = {};
 constexpr double kOnes[3] = {1, 1, 1};
@@ -143,7 +143,7 @@ void MisuseTable::right_calls() {
     SPLAT_RIGHT(splat_rasterizer_read, kCut, drawn_, nullptr, SPLAT_OUTPUT_DEPTHS, values_out(),
                 64);
     SPLAT_RIGHT(splat_scene_render, kCut, scene_, device_, &camera, 1, nullptr, &drawn);
-    SPLAT_RIGHT(splat_mesh_load, kCut, kNoMesh, nullptr, out<splat_mesh>());
+    SPLAT_RIGHT(splat_mesh_load, kCut, kNoMeshFile, nullptr, out<splat_mesh>());
     SPLAT_RIGHT(splat_mesh_sample, kCut, mesh_, 0, values_out(), 3);
     SPLAT_RIGHT(splat_mesh_render, kCut, mesh_, device_, &camera, 1, nullptr,
                 &good<splat_mesh_maps>());
@@ -155,7 +155,7 @@ void MisuseTable::right_calls() {
                 out<splat_normal_scores>());
     SPLAT_RIGHT(splat_prior_compare_masks, kCut, &kMap, &kMap, 0, out<splat_mask_scores>());
     SPLAT_RIGHT(splat_prior_filter, kCut, &kMap, SPLAT_MAP_FILTER_SOBEL, &mask);
-    SPLAT_RIGHT(splat_points_from_mesh, kCut, kNoMesh, 0, values_out(), 3);
+    SPLAT_RIGHT(splat_points_from_mesh, kCut, kNoMeshFile, 0, values_out(), 3);
     SPLAT_RIGHT(splat_points_from_depth, kCut, &kMap, &camera, values_out(), 16, nullptr);
     SPLAT_RIGHT(splat_scene_compare_points, kCut, scene_, 0, values_out(), 3, 1,
                 out<splat_point_scores>());

@@ -78,7 +78,7 @@ struct TriangleParams {
 SPLAT_TRIANGLE kMeshNormals = 1u;
 SPLAT_TRIANGLE kMeshTexcoords = 2u;
 SPLAT_TRIANGLE kMeshColors = 4u;
-SPLAT_TRIANGLE kMeshNormalIndices = 8u;     // its own ones, 3 words a triangle; else the vertices, 4 words
+SPLAT_TRIANGLE kMeshNormalIndices = 8u;     // separate ones, 3 words a triangle; else the vertices, 4 words
 SPLAT_TRIANGLE kMeshTexcoordIndices = 16u;
 
 struct TriangleSumsParams {
