@@ -816,7 +816,8 @@ namespace Splat
     /// <summary>What a mesh is.</summary>
     public sealed class MeshInfo : Facts<MeshInfo>
     {
-        /** <summary>materials, 0: all is white</summary> */ public int Materials { get; }
+        /// <summary>materials, of .obj one more for faces without; 0: all is white</summary>
+        public int Materials { get; }
         /** <summary>textures of the materials</summary> */ public int Textures { get; }
         /** <summary>vertices</summary> */ public long Vertices { get; }
         /** <summary>triangles; polygons of a file count as fans</summary> */ public long Triangles { get; }

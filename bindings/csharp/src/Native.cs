@@ -4749,7 +4749,8 @@ namespace Splat.Interop
     public unsafe struct splat_mesh_info
     {
         public uint struct_size;
-        /** <summary>materials, 0: all is white</summary> */ public uint materials;
+        /// <summary>materials, of .obj one more for faces without; 0: all is white</summary>
+        public uint materials;
         /** <summary>textures of the materials</summary> */ public uint textures;
         /** <summary>0</summary> */ public uint reserved;
         /** <summary>vertices</summary> */ public ulong vertices;

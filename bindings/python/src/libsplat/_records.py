@@ -693,7 +693,7 @@ class MetricComparison(Record):
 class MeshInfo(Record):
     """What a mesh is.
 
-    materials     materials, 0: all is white
+    materials     materials, of .obj one more for faces without; 0: all is white
     textures      textures of the materials
     vertices      vertices
     triangles     triangles; polygons of a file count as fans

@@ -1862,7 +1862,7 @@ pub struct splat_mesh_desc {
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_mesh_info {
     pub struct_size: u32,
-    /** materials, 0: all is white */ pub materials: u32,
+    /** materials, of .obj one more for faces without; 0: all is white */ pub materials: u32,
     /** textures of the materials */ pub textures: u32,
     /** 0 */ pub reserved: u32,
     /** vertices */ pub vertices: u64,

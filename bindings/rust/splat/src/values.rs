@@ -1119,7 +1119,7 @@ output! {
 output! {
     /// What a mesh is.
     MeshInfo = splat_mesh_info(raw) {
-        /** materials, 0: all is white */ materials: u32 = raw.materials,
+        /** materials, of .obj one more for faces without; 0: all is white */ materials: u32 = raw.materials,
         /** textures of the materials */ textures: u32 = raw.textures,
         /** vertices */ vertices: u64 = raw.vertices,
         /** triangles; polygons of a file count as fans */ triangles: u64 = raw.triangles,
