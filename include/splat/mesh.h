@@ -1,9 +1,9 @@
 /* libsplat: meshes of triangles, read from files and drawn with exact maps.
  *
- * A mesh from one camera as a picture and its depth:
+ * A mesh from one camera as a picture and its mask:
  *
  *   splat_mesh mesh;
- *   splat_mesh_maps maps = {.color = picture, .depth = depth};
+ *   splat_mesh_maps maps = {.color = picture, .mask = mask};
  *   splat_mesh_load("chair.glb", NULL, &mesh);
  *   splat_mesh_normalise(mesh, SPLAT_MESH_UNIT_CUBE);
  *   splat_mesh_render(mesh, device, &camera, 1, NULL, &maps); */

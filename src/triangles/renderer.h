@@ -58,7 +58,8 @@ Status check_desc(const RenderDesc& desc);
 /// Light        color = base (0.35 + 0.25 (0.5 + 0.5 n.up) + 0.4 max(0, n.l)), linear, with the direction l 45 degrees
 ///              above the horizon; n on the side that is seen
 /// Errors       kInvalidArgument for the desc, a camera, cameras of several sizes; those of Context::run()
-/// Precision    depth and normal 10^-5 relative, where faces are seen less than 80 degrees from the front
+/// Precision    depth and normal 10^-5 relative, where faces are seen less than 80 degrees from the front; depth at
+///              least 2^-22 of the box's diagonal, by the rounding of corners
 /// Determinism  bit-exact, also over RenderDesc's limits for tests
 /// Source       Olano and Greer 1997, doi:10.1145/258694.258723 (triangles without clipping)
 Result<Images> render(vk::Context& context, const MeshOnDevice& mesh,

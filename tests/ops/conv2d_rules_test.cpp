@@ -29,7 +29,7 @@ TEST_P(Conv2dRulesPlain, ComputeDirectly) {
     EXPECT_EQ(direct.grad_inputs, asked.grad_inputs);
 }
 
-/// Of 1024 channels, tiles of 4 x 4 have more weights than 128 MiB; of 1536, those of 2 x 2, too.
+/// Tiles of 4 x 4 with 1024 channels have more weights than 128 MiB, with 1536 those of 2 x 2, too.
 TEST_P(Conv2dRules, PreparedWeightsFitOneBinding) {
     const vk::Recorder recorder(context());
     const auto limit = context().device().info().limits.max_storage_buffer_bytes;

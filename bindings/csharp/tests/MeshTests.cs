@@ -44,8 +44,8 @@ namespace Splat.Tests
                 };
                 mesh.Render(Shared.Device, new[] { camera }, new[] { maps });
                 Expect.Near(3, maps.Depth.ToFloats()[6 * 16 + 8], 1e-5);
-                Expect.Equal(1f, maps.Color.ToFloats()[4 * (6 * 16 + 8) + 3]);
-                Expect.Equal(0f, maps.Color.ToFloats()[3]);
+                Expect.Equal((byte)255, maps.Color.Data[4 * (6 * 16 + 8) + 3]);
+                Expect.Equal((byte)0, maps.Color.Data[3]);
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "at least one map",
                                () => mesh.Render(Shared.Device, new[] { camera }, new[] { new MeshMaps() }));
                 Expect.Throws<ArgumentException>(

@@ -243,6 +243,8 @@ class MeshViews:
     exposure    stops: objects are darker or brighter by up to this
     """
 
+    __slots__ = ("_shared",)
+
     def __init__(self, path: PathLike, *, layout: str = "srn", category: str = "objects",
                  prepared: str = "", seed: int = 0, size: int = 128, train_views: int = 50,
                  test_views: int = 251, samples: int = 4, points: int = 10000,
