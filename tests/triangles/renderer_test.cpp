@@ -129,7 +129,8 @@ TEST(MeshRenderer, RefusesWhatIsWrong) {
     EXPECT_ERROR(triangles::render(*context, square, two, {}, {}), Code::kInvalidArgument, "17");
     two[1] = cameras[0];
     two[1].fx = 0;
-    EXPECT_ERROR(triangles::render(*context, square, two, {}, {}), Code::kInvalidArgument, "fx");
+    EXPECT_ERROR(triangles::render(*context, square, two, {}, {}), Code::kInvalidArgument,
+                 "focal lengths are 0 and 16");
     mesh.vertices[2].x = 1e31;
     EXPECT_ERROR(triangles::upload(*context, mesh), Code::kInvalidArgument, "1e+31");
     mesh.triangles.clear();

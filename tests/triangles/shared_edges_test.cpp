@@ -129,6 +129,7 @@ TEST(SharedEdges, ASphereHasNoHoleFromWithin) {
 
 TEST(SharedEdges, WithoutAreaNothingIsThere) {
     TriangleMesh mesh = square_mesh();
+    mesh.texcoords.clear();
     mesh.vertices.push_back({0.5, 0, 0});
     mesh.triangles = {{0, 0, 0}, {0, 1, 1}, {0, 2, 0}, {4, 4, 2}, {3, 4, 4}};
     mesh.vertices.push_back({0, 0, 0});
