@@ -34,8 +34,8 @@ struct MeshOnDevice {
 /// kUnsupported for a mesh with an array that the device does not bind.
 Result<MeshOnDevice> upload(vk::Context& context, const scene::TriangleMesh& mesh);
 
-/// Bounds of texture coordinates and of the factors that place textures: products stay finite, and float32 has eighths of
-/// a texture there.
+/// Bounds of texture coordinates and of the factors that place textures: products stay finite, and float32 has eighths
+/// of a texture there.
 inline constexpr float kMostTexcoord = 1 << 20;
 inline float texture_number(float given) {
     return std::isnan(given) ? 0.0F : std::clamp(given, -kMostTexcoord, kMostTexcoord);

@@ -128,7 +128,7 @@ std::vector<float> values_of(const Origin& origin, const io::NamedTensors& tenso
             for (const float value : all) values.insert(values.end(), number, value);
             break;
         case Form::kOfTwice:
-            break;  // of sums only
+            break;  // only sums have it
     }
     if (origin.rows_by.empty()) return values;
     const io::TensorValues& factors = tensors.find(origin.rows_by)->values;

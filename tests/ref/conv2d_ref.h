@@ -13,7 +13,8 @@
 ///   y[n,k,i,j] = (sum_{c,r,s} weight[k,c,r,s] * x[n,c,i+r-R/2,j+s-R/2] + bias[k] + residual[n,k,i,j])
 ///                * scale
 ///
-/// over the taps that lie in the image; if `replicate`, the others read the image's nearest pixel. Each product appears in one y, so with g = scale * grad_y
+/// over the taps that lie in the image; if `replicate`, the others read the image's nearest pixel. Each product appears
+/// in one y, so with g = scale * grad_y
 ///
 ///   grad_x[n,c,u,v] = sum of weight[k,c,r,s] * g[n,k,i,j] over the products with x[n,c,u,v]
 ///   grad_weight[k,c,r,s] = sum of x[n,c,i+r-R/2,j+s-R/2] * g[n,k,i,j] over n, i, j

@@ -19,7 +19,7 @@ BACKBONE = "encoder.backbone."
 
 
 def shapes():
-    """Of all tensors by name, as the published file has them."""
+    """Shapes of all tensors by name, as the published file has them."""
     found = {BACKBONE + "cls_token": (1, 1, WIDTH), BACKBONE + "pos_embed": (1, 1 + SIDE * SIDE, WIDTH),
              BACKBONE + "mask_token": (1, WIDTH), "encoder.image_mean": (1, 3, 1, 1), "encoder.image_std": (1, 3, 1, 1)}
 

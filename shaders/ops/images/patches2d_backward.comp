@@ -27,7 +27,7 @@ void store_pairs(uint i) {
     const uint image = plane - quad * params.n;
     const uint cell = i - plane * patches;
     const uint top = cell / params.columns;
-    vec4 pixels[4];  // of each channel
+    vec4 pixels[4];  // for each channel
     [[unroll]] for (uint k = 0; k < 4; ++k) {
         const bool used = 4 * quad + k < params.c;
         const vec4 value = LD4(x, used ? ((4 * quad + k) * params.n + image) * patches + cell : 0);

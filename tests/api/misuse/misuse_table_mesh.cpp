@@ -53,7 +53,8 @@ void MisuseTable::mesh_rows() {
         .each("path", "no mesh", kUnsupported, "mesh.png");
     SPLAT_WRONG(splat_mesh_sample)
         .each("count", "a part of a point", kArgument, 4)
-        .each("seed", "any", SPLAT_OK, UINT64_MAX);
+        .given("count", 4)
+        .each("seed", "any, of a part of a point", kArgument, UINT64_MAX);
     const auto drawn = wrong_structs<splat_mesh_render_desc>("splat_mesh_render");
     drawn("samples of no power of two", kArgument, [](auto& d) { d.samples = 3; });
     drawn("a background out of range", kArgument, [](auto& d) { d.background[2] = 2; });
