@@ -31,8 +31,7 @@ def attention(a, q, k, v):
 
 
 def conv2d(a, x, weight, bias=None, residual=None):
-    pad = weight.shape[-1] // 2
-    y = F.conv2d(F.pad(x, [pad] * 4, mode="replicate" if a.get("replicate") else "constant"), weight, bias)
+    y = F.conv2d(x, weight, bias, padding=weight.shape[-1] // 2)
     return (y if residual is None else y + residual) * a.get("scale", 1)
 
 
