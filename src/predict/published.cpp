@@ -299,7 +299,7 @@ Status expect_network(const NamedTensors& tensors, const config::ModelConfig& co
     const bool alike = !file.empty() && of_one_network(file, own);
     const std::optional<Place> place = network_place(tensors);
     if (alike && file == own) return {};
-    // No level and no channel of LGM may differ. A SongUNet is widened where it is grafted, but for its head.
+    // LGM must agree in every level and channel. Grafting widens a SongUNet, not its head.
     if (alike && place &&
         dim_of(tensors.find(place->network + ".out.weight"), 0) == config.output_channels())
         return {};

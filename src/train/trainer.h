@@ -176,7 +176,7 @@ class Trainer {
     Status render(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot,
                   TrainStep& result);
     Status compare(const TrainBatch& batch, std::uint32_t first, std::uint32_t slot);
-    /// The network's part of a set: all of it, but for those of cycles, which have as much room again.
+    /// The network's part of a set. Cycles add as many Gaussians behind it; other sets are all of the network.
     [[nodiscard]] gaussians::SetViews predicted(const gaussians::GaussianSet& set) const;
 
     // trainer_group.cpp

@@ -25,7 +25,7 @@ struct MogeValues {
 MogeValues add_moge(Layers& layers, const MogeSizes& sizes, std::uint32_t rows,
                     std::uint32_t columns);
 
-/// [2,height,width]: x from -sx (w-1)/w to sx (w-1)/w and y likewise, in halves of the picture's diagonal:
+/// [2,height,width], in halves of the picture's diagonal: x from -sx (w-1)/w to sx (w-1)/w, y in the same way with sy;
 /// sx = a / sqrt(1 + a^2), sy = 1 / sqrt(1 + a^2), a the picture's width over its height.
 std::vector<float> view_plane(std::uint32_t width, std::uint32_t height, double aspect);
 

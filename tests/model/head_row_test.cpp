@@ -1,4 +1,4 @@
-// A head that is none of the library's: one more row of the table, in a whole model.
+// One more row of the table of heads, in a whole model.
 #include <gtest/gtest.h>
 
 #include "config/config_file.h"

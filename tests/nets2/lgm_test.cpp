@@ -140,7 +140,7 @@ void Nets2::expect_gradients(const Golden& golden, Model& model) const {
     const std::vector<std::string> names = golden.npz.names();
     const auto given = static_cast<std::size_t>(std::ranges::count_if(
         names, [](const std::string& name) { return name.starts_with("grad."); }));
-    EXPECT_EQ(compared + 1, given) << "all of the file's gradients, but for the input's";
+    EXPECT_EQ(compared + 1, given) << "every gradient of the file except the input's";
     expect_relative(golden.name + " grad.input", need(model.input_gradient(Model::Input::kImages)),
                     golden.doubles("grad.input"), kGradient);
 }

@@ -91,8 +91,8 @@ class SurfaceParts {
 Status SurfaceParts::read(const JsonTree& json, SurfacePart& to) {
     const JsonTree& attributes = json["attributes"];
     if (!attributes.is_object()) return damaged("gltf: %s: no attributes", to.where.c_str());
-    SPLAT_SET(to.position, attribute(attributes, "POSITION", 3, position_encodings(quantized_), to,
-                                     to.vertex_source[0]));
+    SPLAT_SET(to.position, attribute(attributes, "POSITION", 3, quantized_or(quantized_, kFloat),
+                                     to, to.vertex_source[0]));
     std::uint64_t corners = to.position.count;
     if (json.find("indices") != nullptr) {
         SPLAT_ASSIGN(const std::uint64_t index, whole_number(json, "indices", to.where));
@@ -124,17 +124,7 @@ Status SurfaceParts::read_looks(const JsonTree& json, SurfacePart& to) {
         SPLAT_SET(to.normal, attribute(attributes, "NORMAL", 3, kNormals, to, to.vertex_source[1]));
     const std::string set = format("TEXCOORD_%llu", llu(material.texcoord_set));
     if (material.textured) {
-        constexpr std::string_view kQuantized[] = {"float",
-                                                   "byte",
-                                                   "normalized byte",
-                                                   "unsigned byte",
-                                                   "normalized unsigned byte",
-                                                   "short",
-                                                   "normalized short",
-                                                   "unsigned short",
-                                                   "normalized unsigned short"};
-        SPLAT_SET(to.texcoord, attribute(attributes, set, 2,
-                                         quantized_ ? Encodings(kQuantized) : Encodings(kFractions),
+        SPLAT_SET(to.texcoord, attribute(attributes, set, 2, quantized_or(quantized_, kFractions),
                                          to, to.vertex_source[2]));
     }
     if (attributes.find("COLOR_0") == nullptr) return {};

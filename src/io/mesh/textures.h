@@ -49,7 +49,8 @@ struct MtlMaterial {
 
 /// The materials of a .mtl file in their order; what else it says is added to `ignored`.
 ///
-/// Errors   kFormat, naming the line: a number that is none or not finite, a value before newmtl, a missing name
+/// Errors   kFormat, naming the line: text where a number belongs, a number that is not finite, a value before newmtl,
+///          a missing name
 Result<std::vector<MtlMaterial>> read_mtl(Bytes file, std::set<std::string>& ignored);
 
 }  // namespace splat::io

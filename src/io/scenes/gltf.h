@@ -103,8 +103,8 @@ Result<Accessor> accessor_at(Document& document, std::uint64_t index);
 /// How the numbers of an attribute may be stored, as Accessor::encoding() has it.
 using Encodings = std::span<const std::string_view>;
 inline constexpr std::string_view kFloat[] = {"float"};
-/// Encodings of positions; `quantized`: the file uses KHR_mesh_quantization.
-Encodings position_encodings(bool quantized);
+/// Encodings of positions and texture coordinates with KHR_mesh_quantization (`quantized`), else `otherwise`.
+Encodings quantized_or(bool quantized, Encodings otherwise);
 
 /// What the attribute `name` of a primitive at `where` holds, of `count` elements (0: of any number). Errors: kFormat
 /// for others than `components` numbers each of these encodings; as accessor_at().

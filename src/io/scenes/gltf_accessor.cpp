@@ -161,7 +161,7 @@ Result<Accessor> accessor_at(Document& document, std::uint64_t index) {
     return accessor;
 }
 
-Encodings position_encodings(bool quantized) {
+Encodings quantized_or(bool quantized, Encodings otherwise) {
     static constexpr std::string_view kQuantized[] = {"float",
                                                       "byte",
                                                       "normalized byte",
@@ -171,7 +171,7 @@ Encodings position_encodings(bool quantized) {
                                                       "normalized short",
                                                       "unsigned short",
                                                       "normalized unsigned short"};
-    return quantized ? Encodings(kQuantized) : Encodings(kFloat);
+    return quantized ? Encodings(kQuantized) : otherwise;
 }
 
 Result<Accessor> attribute_at(Document& document, const JsonTree& attributes,

@@ -143,7 +143,7 @@ Result<Primitive> Primitives::read(const JsonTree& json, const JsonTree& extensi
     const JsonTree& attributes = json["attributes"];
     SPLAT_TRY(ignore_others(attributes, to));
     SPLAT_SET(to.position,
-              attribute(attributes, "POSITION", 3, position_encodings(quantized_), to));
+              attribute(attributes, "POSITION", 3, quantized_or(quantized_, kFloat), to));
     to.count = to.position.count;
     SPLAT_SET(to.rotation, attribute(attributes, own("ROTATION"), 4, kRotations, to));
     SPLAT_SET(to.scale, attribute(attributes, own("SCALE"), 3, kScales, to));

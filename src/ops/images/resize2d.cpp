@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint32_t kMaxSide = 1 << 20;
 constexpr std::uint32_t kMaxFactor = 1024;
 
-/// PyTorch copies sides of equal length, whatever the scale, but for the cubic filter without antialias.
+/// PyTorch copies a side whose length stays, at any scale. Its cubic filter without antialias does not.
 double scale_of(const Resize2dDesc& desc, const Resize2dAxis& axis) {
     const bool copied = axis.from == axis.to && (desc.antialias || !desc.cubic);
     return axis.scale > 0 && !copied ? axis.scale : static_cast<double>(axis.to) / axis.from;

@@ -154,7 +154,7 @@ void MisuseTable::prior_model_rows() {
     invalid("tokens for a network without them", kArgument, [](auto& d) { d.tokens = 1200; });
     invalid("weights without a device", kArgument,
             [](auto& d) { d.preset = "moge-2-vits-normal", d.model_path = g_weights.c_str(); });
-    invalid("a device that is none", kHandle, [](auto& d) {
+    invalid("a device that does not exist", kHandle, [](auto& d) {
         d.preset = "moge-2-vits-normal", d.model_path = g_weights.c_str();
         d.device = reinterpret_cast<splat_device>(std::uintptr_t{0x7777777});
     });
