@@ -1,6 +1,6 @@
 #version 460
 // y[k][p] = (sum_{c,r,s} weight[k][c][r][s] * x[c][p + (r-1, s-1)] + bias[k] + residual[k][p]) * scale,
-// x being zero outside the image.
+// x being zero outside the image or, if dims.replicate, its nearest pixel.
 // One invocation computes the four outputs of one quad of one pixel.
 // Bindings: x, weight [K,C,3,3] row-major, bias [K], residual, y; x, residual and y as quads
 // [channels/4][N*H*W].
@@ -33,8 +33,9 @@ void main() {
         for (int r = 0; r < 3; ++r)
             for (int s = 0; s < 3; ++s) {
                 const ivec2 at = ivec2(row + r - 1, column + s - 1);
-                if (any(lessThan(at, ivec2(0))) || at.x >= int(dims.height) || at.y >= int(dims.width)) continue;
-                const int near = int(pixel) + (r - 1) * int(dims.width) + s - 1;
+                const ivec2 nearest = clamp(at, ivec2(0), ivec2(dims.height, dims.width) - 1);
+                if (dims.replicate == 0 && at != nearest) continue;
+                const int near = int(pixel) + (nearest.x - row) * int(dims.width) + nearest.y - column;
                 const float factor = x[((c / 4) * pixels + uint(near)) * 4 + c % 4];
                 [[unroll]] for (uint lane = 0; lane < 4; ++lane)
                     if (lane < outputs)

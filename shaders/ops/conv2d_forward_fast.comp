@@ -46,9 +46,9 @@ void main() {
             vec4 v[kRows + 2];
             [[unroll]] for (uint a = 0; a < kRows + 2; ++a) {
                 const int at = row + int(a) - 1;
-                const bool valid = uint(near) < dims.width && uint(at) < dims.height;
-                const vec4 value = LD4(x, valid ? base + at * width + near : 0);
-                v[a] = valid ? value : vec4(0);
+                const ivec2 nearest = clamp(ivec2(at, near), ivec2(0), ivec2(height, width) - 1);
+                const vec4 value = LD4(x, base + nearest.x * width + nearest.y);
+                v[a] = dims.replicate != 0 || nearest == ivec2(at, near) ? value : vec4(0);
             }
             [[unroll]] for (uint r = 0; r < 3; ++r) {
                 const vec4 w = LD4(weight, ((block * quads + quad) * 9 + 3 * r + s) * 8 + lane);

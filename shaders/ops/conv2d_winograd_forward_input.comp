@@ -1,9 +1,9 @@
 #version 460
-// V = B^T x B of every tile of a slice and channel, zeros where the image ends. Tiles from dims.tiles to the
-// end of the dispatch are zero.
+// V = B^T x B of every tile of a slice and channel, zeros or the nearest pixel where the image ends. Tiles from
+// dims.tiles to the end of the dispatch are zero.
 // One invocation transforms one tile of 4 kParts channels. Workgroups: tiles, these parts of octets of channels.
 // Bindings: x quads [C/4][N*H*W], transformed [kSize^2][ceil(C/8)][stride] pairs of quads.
-// Specialisation: workgroup size, kTile, kParts: 2, or 1 where 72 quads are too many registers.
+// Specialisation: workgroup size, kTile, kParts: 2, or 1 where 72 quads are too many registers; kReplicate.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
@@ -15,6 +15,7 @@
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kWinogradPartsId) const uint kParts = 2;
+layout(constant_id = kWinogradReplicateId) const uint kReplicate = 0;
 QUADS(0, x);
 OCTETS_OUT(1, transformed);
 layout(push_constant) uniform Push { Conv2dWinogradParams dims; };
@@ -36,11 +37,13 @@ void main() {
         const int base = int(quad * dims.n + tile.image) * pixels;
         const bool inside = t < dims.tiles && quad < quads;
         [[unroll]] for (uint i = 0; i < kSize; ++i) {
-            const int column = tile.column + int(i) - 1;
-            const bool inside_column = inside && uint(column) < dims.width;
+            int column = tile.column + int(i) - 1;
+            if (kReplicate != 0) column = clamp(column, 0, int(dims.width) - 1);
+            const bool inside_column = inside && (kReplicate != 0 || uint(column) < dims.width);
             [[unroll]] for (uint j = 0; j < kSize; ++j) {
-                const int row = tile.row + int(j) - 1;
-                const bool valid = inside_column && uint(row) < dims.height;
+                int row = tile.row + int(j) - 1;
+                if (kReplicate != 0) row = clamp(row, 0, int(dims.height) - 1);
+                const bool valid = inside_column && (kReplicate != 0 || uint(row) < dims.height);
                 const vec4 value = LD4(x, valid ? base + row * int(dims.width) + column : 0);
                 values[part * kRow * kRow + j * kRow + i] = valid ? value : vec4(0);
             }

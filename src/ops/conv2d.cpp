@@ -62,6 +62,7 @@ params::Conv2dParams conv2d_params(const Conv2dDesc& desc) {
     params.has_bias = desc.bias ? 1 : 0;
     params.scale = desc.scale;
     params.slices = 1;
+    params.replicate = desc.replicate ? 1 : 0;
     return params;
 }
 
@@ -74,6 +75,11 @@ Status conv2d_check(const Conv2dDesc& desc) {
             "conv2d: winograd = %d with a kernel of %u x %u, expected 0, or 2 or 4 with a "
             "kernel of 3 x 3",
             desc.winograd, desc.kernel, desc.kernel);
+    if (desc.replicate && desc.kernel != 3)
+        return invalid(
+            "conv2d: replicate with a kernel of %u x %u, which reads nothing beyond the image; "
+            "expected a kernel of 3 x 3",
+            desc.kernel, desc.kernel);
     if (desc.in_channels > kMaxConv2dChannels || desc.out_channels > kMaxConv2dChannels)
         return unsupported("conv2d: %u -> %u channels, expected at most %u", desc.in_channels,
                            desc.out_channels, kMaxConv2dChannels);
@@ -89,18 +95,20 @@ Status conv2d_check(const Conv2dDesc& desc) {
     return {};
 }
 
-std::uint64_t conv2d_prepared_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc,
+std::uint64_t conv2d_prepared_bytes(const vk::Recorder& recorder, const Conv2dDesc& given,
                                     bool transposed) {
+    const Conv2dDesc desc = transposed ? conv2d_widened(given) : given;
     if (desc.kernel == 1) return linear_packed_bytes(recorder, linear_of(desc), transposed);
     if (uses_winograd(recorder, desc)) return winograd_weight_bytes(desc);
     if (taps_fit(recorder, desc)) return taps_weight_bytes(recorder, desc, transposed);
     return direct_weight_bytes(recorder, transposed ? conv2d_transposed(desc) : desc);
 }
 
-Status conv2d_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
+Status conv2d_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& given,
                              const BufferView& weight, const BufferView& prepared,
                              bool transposed) {
-    SPLAT_TRY(conv2d_check(desc));
+    SPLAT_TRY(conv2d_check(given));
+    const Conv2dDesc desc = transposed ? conv2d_widened(given) : given;
     if (desc.kernel == 1)
         return linear_pack_weight(recorder, linear_of(desc), weight, prepared, transposed);
     if (uses_winograd(recorder, desc))
@@ -137,7 +145,7 @@ std::uint64_t conv2d_backward_input_bytes(const vk::Recorder& recorder, const Co
 }
 
 bool conv2d_adds(const vk::Recorder& recorder, const Conv2dDesc& desc) {
-    if (recorder.kernels() == Kernels::kPlain) return false;
+    if (recorder.kernels() == Kernels::kPlain || desc.replicate) return false;
     return desc.scale == 1 || taps_fit(recorder, desc);  // others multiply the sum
 }
 
@@ -229,6 +237,7 @@ constexpr Attribute kConv2dAttributes[] = {
     {"winograd", "integer", "0", "2 or 4: by F(2x2) or F(4x4), for kernels of 3x3; 0: directly"},
     {"precision", "integer", "0",
      "1 strict, 2 balanced, 3 fast: winograd by the table for the shape; 0: as winograd says"},
+    {"replicate", "boolean", "false", "beyond x is its nearest pixel instead of 0"},
 };
 
 Status check_attributes(const Attributes& attributes) {
@@ -257,6 +266,7 @@ Conv2dDesc conv2d_desc(const vk::Recorder& recorder, const Attributes& attribute
                     .scale = static_cast<float>(attributes.number("scale")),
                     .winograd = static_cast<std::int32_t>(
                         std::clamp<std::int64_t>(attributes.integer("winograd"), -1, 99))};
+    desc.replicate = attributes.boolean("replicate");
     const std::int64_t precision = attributes.integer("precision");
     if (precision > 0 && desc.kernel == 3)
         desc.winograd = conv2d_algorithm(desc, static_cast<Conv2dPrecision>(precision - 1));
@@ -287,13 +297,15 @@ Result<OpPlan> conv2d_plan(const vk::Recorder& recorder, const Attributes& attri
     if (inputs[3].rank() > 0) SPLAT_TRY(expect_shape("conv2d", "residual", inputs[3], y));
     const Conv2dDesc desc = conv2d_desc(recorder, attributes, x, weight, bias);
     SPLAT_TRY(conv2d_check(desc));
+    SPLAT_TRY(conv2d_check(conv2d_widened(desc)));
     const std::uint64_t for_input = conv2d_backward_input_bytes(recorder, desc),
                         for_weight = conv2d_backward_weight_bytes(recorder, desc);
+    const std::uint64_t both = std::max(for_input, weight_workspace(recorder, desc) + for_weight);
     return OpPlan{
         .outputs = {y},
         .forward_workspace = conv2d_forward_bytes(recorder, desc),
-        .backward_workspace = std::max(for_input, weight_workspace(recorder, desc) + for_weight),
-        .backward_least = std::max(for_input, for_weight),
+        .backward_workspace = desc.replicate ? replicate_backward_bytes(recorder, desc) : both,
+        .backward_least = desc.replicate ? 0 : std::max(for_input, for_weight),
         .forward_prepared = conv2d_prepared_bytes(recorder, desc, false),
         .backward_prepared = conv2d_prepared_bytes(recorder, desc, true),
         .adds = conv2d_adds(recorder, desc),
@@ -319,18 +331,23 @@ Status conv2d_row_backward(vk::Recorder& recorder, const Attributes& attributes,
     const Conv2dDesc desc = conv2d_desc(recorder, attributes, v);
     const BufferView& weight = present(v.backward_prepared) ? v.backward_prepared : v.inputs[1];
     const BufferView& grad_y = v.grad_outputs[0];
-    if (present(v.grad_inputs[0]) || present(v.grad_inputs[1]))
-        SPLAT_TRY(conv2d_backward_begin(recorder, desc, grad_y, v.workspace));
-    if (present(v.grad_inputs[0]))
-        SPLAT_TRY(conv2d_backward_input(recorder, desc, weight, grad_y, v.grad_inputs[0],
-                                        v.workspace, v.addend));
-    if (present(v.grad_inputs[1])) {
-        const std::uint64_t bytes = conv2d_backward_weight_bytes(recorder, desc);
-        const std::uint64_t behind = weight_workspace(recorder, desc);
-        const BufferView workspace =
-            v.workspace.part(v.workspace.bytes < behind + bytes ? 0 : behind, bytes);
-        SPLAT_TRY(conv2d_backward_weight(recorder, desc, v.inputs[0], grad_y, v.grad_inputs[1],
-                                         workspace, v.accumulate));
+    const bool input = present(v.grad_inputs[0]), of_weight = present(v.grad_inputs[1]);
+    if (desc.replicate) {
+        if (input || of_weight) SPLAT_TRY(replicate_backward(recorder, desc, weight, v));
+    } else {
+        if (input || of_weight)
+            SPLAT_TRY(conv2d_backward_begin(recorder, desc, grad_y, v.workspace));
+        if (input)
+            SPLAT_TRY(conv2d_backward_input(recorder, desc, weight, grad_y, v.grad_inputs[0],
+                                            v.workspace, v.addend));
+        if (of_weight) {
+            const std::uint64_t bytes = conv2d_backward_weight_bytes(recorder, desc);
+            const std::uint64_t behind = weight_workspace(recorder, desc);
+            const BufferView workspace =
+                v.workspace.part(v.workspace.bytes < behind + bytes ? 0 : behind, bytes);
+            SPLAT_TRY(conv2d_backward_weight(recorder, desc, v.inputs[0], grad_y, v.grad_inputs[1],
+                                             workspace, v.accumulate));
+        }
     }
     if (present(v.grad_inputs[2]))
         SPLAT_TRY(conv2d_backward_bias(recorder, desc, grad_y, v.grad_inputs[2], v.accumulate));
@@ -342,7 +359,8 @@ Status conv2d_row_backward(vk::Recorder& recorder, const Attributes& attributes,
 
 const OpRow kConv2dRow = {
     .name = "conv2d",
-    .equation = "y = (conv(x, weight) + bias + residual) * scale, stride 1, zero padding",
+    .equation =
+        "y = (conv(x, weight) + bias + residual) * scale, stride 1, padded to the same size",
     .inputs = kConv2dInputs,
     .outputs = kOutputY,
     .attributes = kConv2dAttributes,

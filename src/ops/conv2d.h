@@ -6,7 +6,7 @@
 
 namespace splat::ops {
 
-/// A convolution of stride 1, padded with kernel / 2 zeros on each side: y is as large as x.
+/// A convolution of stride 1, padded with kernel / 2 pixels on each side: y is as large as x.
 struct Conv2dDesc {
     std::uint32_t n = 1;
     std::uint32_t in_channels = 1;
@@ -17,9 +17,10 @@ struct Conv2dDesc {
     bool bias = true;
     float scale = 1;            ///< factor of the output
     std::int32_t winograd = 0;  ///< 2 or 4: F(2x2) or F(4x4), for 3 x 3; plain kernels ignore it
+    bool replicate = false;     ///< beyond the image is its nearest pixel instead of 0, for 3 x 3
 };
 
-/// Errors: kInvalidArgument for other kernels or tiles, kUnsupported if an operand has 2^31 elements or more,
+/// Errors: kInvalidArgument for other kernels, tiles or borders, kUnsupported if an operand has 2^31 elements or more,
 /// channels exceed kMaxConv2dChannels or an image is wider than kMaxConv2dWidth.
 Status conv2d_check(const Conv2dDesc& desc);
 inline constexpr std::uint32_t kMaxConv2dChannels = 4096;  ///< 9 turns for each, see kMaxTurns
@@ -47,6 +48,7 @@ std::uint64_t conv2d_forward_bytes(const vk::Recorder& recorder, const Conv2dDes
 
 /// Cross-correlation:
 ///   y[n,k,p] = (sum_{c,r,s} weight[k,c,r,s] x[n,c,p+(r,s)-R/2] + bias[k] + residual[n,k,p]) * scale
+/// where x is 0 beyond the image or, if desc.replicate, its nearest pixel.
 ///
 /// x            [N,C,H,W] float32 as quads
 /// weight       prepared with transposed = false; the weight itself if conv2d_prepared_bytes is 0
@@ -76,7 +78,7 @@ bool conv2d_adds(const vk::Recorder& recorder, const Conv2dDesc& desc);
 Status conv2d_backward_begin(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const vk::BufferView& grad_y, const vk::BufferView& workspace);
 
-/// The gradients, each times scale:
+/// The gradients, each times scale, for a border of zeros; kConv2dRow has those of a replicated one, too:
 ///   grad_x[n,c,p] = sum_{k,r,s} weight[k,c,r,s] grad_y[n,k,p-(r,s)+R/2]
 ///   grad_weight[k,c,r,s] = sum_{n,p} grad_y[n,k,p] x[n,c,p+(r,s)-R/2]
 ///   grad_bias[k] = sum_{n,p} grad_y[n,k,p],  grad_residual = grad_y

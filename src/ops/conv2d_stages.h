@@ -16,6 +16,14 @@ Conv2dDesc conv2d_transposed(const Conv2dDesc& desc);
 
 params::Conv2dParams conv2d_params(const Conv2dDesc& desc);
 
+/// The convolution that computes the gradients: with a replicated border that of images which have the border, as
+/// pad2d makes them, with zeros around the gradient of y.
+Conv2dDesc conv2d_widened(const Conv2dDesc& desc);
+std::uint64_t replicate_backward_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
+/// Gradients of x and the weight, those that `v` asks for. `v.workspace` has replicate_backward_bytes.
+Status replicate_backward(vk::Recorder& recorder, const Conv2dDesc& desc,
+                          const vk::BufferView& weight, const OpViews& v);
+
 /// By the definition: the plain kernels, and register tiles of their fast twins.
 std::uint64_t direct_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 Status direct_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,

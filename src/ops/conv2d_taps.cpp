@@ -50,7 +50,7 @@ Status rearrange(vk::Recorder& recorder, const char* op, const char* shader,
 
 bool taps_fit(const vk::Recorder& recorder, const Conv2dDesc& desc) {
     return recorder.kernels() != vk::Kernels::kPlain && desc.kernel == 3 && desc.winograd == 0 &&
-           desc.out_channels <= kMostChannels && taps_bytes(desc) <= kMostBytes;
+           !desc.replicate && desc.out_channels <= kMostChannels && taps_bytes(desc) <= kMostBytes;
 }
 
 std::uint64_t taps_bytes(const Conv2dDesc& desc) {

@@ -87,10 +87,12 @@ std::uint64_t winograd_forward_bytes(const vk::Recorder& recorder, const Conv2dD
 Status winograd_input(vk::Recorder& recorder, const char* op, const Conv2dDesc& desc,
                       const WinogradSlices& slices, params::Conv2dWinogradParams params,
                       const BufferView& x, const BufferView& transformed) {
+    std::vector<vk::SpecConstant> constants = winograd_transform(recorder, desc, slices);
+    constants.push_back({params::kWinogradReplicateId, desc.replicate ? 1U : 0U});
     return recorder.dispatch({
         .op = op,
         .shader = "conv2d_winograd_forward_input",
-        .constants = winograd_transform(recorder, desc, slices),
+        .constants = std::move(constants),
         .push = params,
         .accesses = {vk::read(x), vk::write(transformed)},
         .groups = {slices.groups(params.tiles), winograd_parts(recorder, desc.in_channels), 1},

@@ -10,8 +10,10 @@ ValueId Layers::parameter(const std::string& name, const Shape& shape, Origin or
     return graph_.parameter(name, shape, false);
 }
 
-ValueId Layers::convolve(ValueId x, ValueId weight, ValueId bias, ValueId residual) {
-    return graph_.op("conv2d", {x, weight, bias, residual}, {{"precision", precision_}});
+ValueId Layers::convolve(ValueId x, ValueId weight, ValueId bias, ValueId residual,
+                         bool replicate) {
+    return graph_.op("conv2d", {x, weight, bias, residual},
+                     {{"precision", precision_}, {"replicate", replicate}});
 }
 
 ValueId Layers::linear(const std::string& name, ValueId x, std::uint32_t out, ValueId residual,
@@ -44,15 +46,28 @@ ValueId Layers::conv1(const std::string& name, ValueId x, std::uint32_t out, Val
     return convolve(x, weight, parameter(name + ".bias", {out}, {name + ".bias", {out}}), residual);
 }
 
-ValueId Layers::conv3(const std::string& name, ValueId x, std::uint32_t out) {
+ValueId Layers::conv3(const std::string& name, ValueId x, std::uint32_t out, ValueId residual) {
     if (!ok()) return kNoValue;
     const std::uint32_t in = channels(x);
     const ValueId weight =
         parameter(name + ".weight", {out, in, 3, 3}, {name + ".weight", {out, in, 3, 3}});
     const ValueId bias = parameter(name + ".bias", {out}, {name + ".bias", {out}});
-    // The border that conv2d fills with zeros is cut off again.
-    const ValueId wide = convolve(pad(x, {1, 1, 1, 1, true}), weight, bias, kNoValue);
-    return pad(wide, {-1, -1, -1, -1});
+    return convolve(x, weight, bias, residual, true);
+}
+
+ValueId Layers::conv1_of(const std::string& name, ValueId x, std::uint32_t out, const Sum& weight,
+                         const Sum& bias, ValueId residual) {
+    if (!ok()) return kNoValue;
+    const ValueId matrix = parameter(name + ".weight", {out, channels(x), 1, 1}, {.sum = weight});
+    return convolve(x, matrix, parameter(name + ".bias", {out}, {.sum = bias}), residual);
+}
+
+ValueId Layers::conv3_of_twice(const std::string& name, ValueId x, std::uint32_t out,
+                               const Sum& weight, ValueId residual) {
+    if (!ok()) return kNoValue;
+    const ValueId taps = parameter(name + ".weight", {4 * out, channels(x), 3, 3},
+                                   {.form = Form::kOfTwice, .sum = weight});
+    return convolve(x, taps, kNoValue, residual, true);
 }
 
 ValueId Layers::patches(const std::string& name, ValueId x, std::uint32_t out, std::uint32_t size,
@@ -95,12 +110,9 @@ ValueId Layers::group_norm(const std::string& name, ValueId x, std::uint32_t gro
 }
 
 ValueId Layers::pad(ValueId x, const Pad& pad) {
-    return graph_.op("pad2d", {x},
-                     {{"left", pad.left},
-                      {"right", pad.right},
-                      {"top", pad.top},
-                      {"bottom", pad.bottom},
-                      {"replicate", pad.replicate}});
+    return graph_.op(
+        "pad2d", {x},
+        {{"left", pad.left}, {"right", pad.right}, {"top", pad.top}, {"bottom", pad.bottom}});
 }
 
 }  // namespace splat::vision

@@ -19,6 +19,7 @@ struct Conv2dCase {
     std::vector<float> grad_y;
     float scale = 1;
     int winograd = 0;
+    bool replicate = false;
 
     /// With a bias and a residual, and the factor sqrt(0.5) of a residual block.
     static Conv2dCase normal(const ConvShape& s, std::uint64_t seed) {
@@ -52,7 +53,7 @@ struct Conv2dCase {
         const Shape y{shape.N, shape.K, shape.H, shape.W};
         OpCall call;
         call.op = "conv2d";
-        call.attributes = {{"scale", scale}, {"winograd", winograd}};
+        call.attributes = {{"scale", scale}, {"winograd", winograd}, {"replicate", replicate}};
         call.inputs = {{{shape.N, shape.C, shape.H, shape.W}, x},
                        {{shape.K, shape.C, shape.R, shape.R}, weight},
                        {bias.empty() ? Shape{} : Shape{shape.K}, bias},
@@ -68,7 +69,8 @@ struct Conv2dCase {
     [[nodiscard]] std::string text() const {
         return shape.text() + (bias.empty() ? " no bias" : "") +
                (residual.empty() ? " no residual" : "") +
-               (winograd == 0 ? "" : " winograd=" + std::to_string(winograd));
+               (winograd == 0 ? "" : " winograd=" + std::to_string(winograd)) +
+               (replicate ? " replicate" : "");
     }
     /// The row of a result in tolerances.h.
     [[nodiscard]] const Tolerance& tolerance_of(const char* result) const {

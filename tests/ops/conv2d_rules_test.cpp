@@ -86,6 +86,11 @@ TEST_P(Conv2dRules, RejectsBadShapes) {
                  }),
                  Code::kInvalidArgument, "kernel of 1 x 1");
     EXPECT_ERROR(status([](OpCall& c) {
+                     c.attributes["replicate"] = true;
+                     c.inputs[1] = {{6, 3, 1, 1}, std::vector<float>(18)};
+                 }),
+                 Code::kInvalidArgument, "replicate with a kernel of 1 x 1");
+    EXPECT_ERROR(status([](OpCall& c) {
                      c.inputs[2] = {{5}, std::vector<float>(5)};
                  }),
                  Code::kShape, "bias");

@@ -81,11 +81,41 @@ TEST_P(Conv2d, AdjointIdentity) {
         }
 }
 
+/// Tiles that end with the image and beyond it, images of one pixel or row, few output channels.
+constexpr ConvShape kReplicatedShapes[] = {
+    {1, 1, 1, 1, 1, 3}, {1, 5, 1, 7, 3, 3}, {2, 9, 9, 6, 17, 3}, {1, 8, 8, 8, 8, 3}};
+
+TEST_P(Conv2d, ReplicatedBorderMatchesFloat64) {
+    std::uint64_t seed = 1100;
+    for (const ConvShape& shape : kReplicatedShapes) {
+        Conv2dCase c = Conv2dCase::normal(shape, seed += 5);
+        c.replicate = true;
+        const OpExpected expected = expected_of(c.call());
+        for (const int winograd : winograds(GetParam(), shape)) {
+            c.winograd = winograd;
+            const OpResult gpu = run_op(context(), c.call());
+            ASSERT_OK(gpu.status) << c.text();
+            EXPECT_TRUE(matches(gpu.outputs[0], c.bounded(expected.outputs[0]), c.tolerance_of("y"),
+                                {"y", reproduce(c.text())}));
+            expect_gradients(c, expected.grad_inputs, gpu);
+            Conv2dCase bare = Conv2dCase::bare(shape, seed);
+            bare.winograd = winograd;
+            bare.replicate = true;
+            expect_adjoint(context(), bare.call(), {0, 1}, c.text());
+        }
+    }
+}
+
 TEST(Conv2dReference, GradcheckFloat64) {
     std::uint64_t seed = 900;
     for (const ConvShape& shape :
          {ConvShape{1, 1, 1, 1, 1, 3}, ConvShape{2, 3, 4, 5, 2, 3}, ConvShape{2, 3, 2, 2, 4, 1}})
         expect_gradcheck(Conv2dCase::normal(shape, seed += 5).call());
+    for (const ConvShape& shape : {ConvShape{1, 1, 1, 1, 1, 3}, ConvShape{2, 3, 4, 5, 2, 3}}) {
+        Conv2dCase c = Conv2dCase::normal(shape, seed += 5);
+        c.replicate = true;
+        expect_gradcheck(c.call());
+    }
 }
 
 }  // namespace

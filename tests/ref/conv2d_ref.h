@@ -8,12 +8,13 @@
 
 #include "ref/op_ref.h"
 
-/// Convolution of stride 1 with R / 2 zeros on each side, forward and backward, in plain loops.
+/// Convolution of stride 1 with R / 2 pixels added to each side, forward and backward, in plain loops.
 ///
 ///   y[n,k,i,j] = (sum_{c,r,s} weight[k,c,r,s] * x[n,c,i+r-R/2,j+s-R/2] + bias[k] + residual[n,k,i,j])
 ///                * scale
 ///
-/// over the taps that lie in the image. Each product appears in one y, so with g = scale * grad_y
+/// over the taps that lie in the image; if `replicate`, the others read the image's nearest pixel. Each product appears
+/// in one y, so with g = scale * grad_y
 ///
 ///   grad_x[n,c,u,v] = sum of weight[k,c,r,s] * g[n,k,i,j] over the products with x[n,c,u,v]
 ///   grad_weight[k,c,r,s] = sum of x[n,c,i+r-R/2,j+s-R/2] * g[n,k,i,j] over n, i, j
@@ -38,6 +39,7 @@ struct Conv2dInput {
     std::vector<Real> weight;    ///< [K,C,R,R]
     std::vector<Real> bias;      ///< [K], or empty for none
     std::vector<Real> residual;  ///< [N,K,H,W], or empty for none
+    bool replicate = false;      ///< the border, with R = 3
 };
 
 template <class Real>
@@ -50,8 +52,13 @@ struct Conv2dBackward {
 
 /// Calls visit(element of y, element of weight, element of x) for each product.
 template <class Visit>
-void for_each_product(const Conv2dShape& shape, const Visit& visit) {
+void for_each_product(const Conv2dShape& shape, bool replicate, const Visit& visit) {
     const auto [N, C, H, W, K, R] = shape;
+    const auto nearest = [](std::size_t at, std::size_t tap, std::size_t size) {
+        const auto last = static_cast<std::ptrdiff_t>(size) - 1;
+        const auto to = static_cast<std::ptrdiff_t>(at + tap) - 1;  // R is 3
+        return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(to, 0, last));
+    };
     for (std::size_t n = 0; n < N; ++n)
         for (std::size_t k = 0; k < K; ++k)
             for (std::size_t c = 0; c < C; ++c)
@@ -59,8 +66,9 @@ void for_each_product(const Conv2dShape& shape, const Visit& visit) {
                     for (std::size_t j = 0; j < W; ++j)
                         for (std::size_t r = 0; r < R; ++r)
                             for (std::size_t s = 0; s < R; ++s) {
-                                const std::size_t u = i + r - R / 2;  // wraps far beyond H
-                                const std::size_t v = j + s - R / 2;
+                                std::size_t u = i + r - R / 2;  // wraps far beyond H
+                                std::size_t v = j + s - R / 2;
+                                if (replicate) u = nearest(i, r, H), v = nearest(j, s, W);
                                 if (u >= H || v >= W) continue;
                                 visit(((n * K + k) * H + i) * W + j, ((k * C + c) * R + r) * R + s,
                                       ((n * C + c) * H + u) * W + v);
@@ -72,9 +80,10 @@ template <class Real>
 Summed<Real> conv2d_forward(const Conv2dInput<Real>& input) {
     const auto [N, C, H, W, K, R] = input.shape;
     Summed<Real> y(N * K * H * W, C * R * R + 2);
-    for_each_product(input.shape, [&](std::size_t at_y, std::size_t at_weight, std::size_t at_x) {
+    const auto add = [&](std::size_t at_y, std::size_t at_weight, std::size_t at_x) {
         y.add(at_y, input.weight[at_weight] * input.x[at_x] * input.scale);
-    });
+    };
+    for_each_product(input.shape, input.replicate, add);
     for (std::size_t i = 0; i < y.value.size(); ++i) {
         if (!input.bias.empty()) y.add(i, input.bias[i / (H * W) % K] * input.scale);
         if (!input.residual.empty()) y.add(i, input.residual[i] * input.scale);
@@ -91,11 +100,12 @@ Conv2dBackward<Real> conv2d_backward(const Conv2dInput<Real>& input,
     result.grad_weight = Summed<Real>(K * C * R * R, N * H * W);
     result.grad_bias = Summed<Real>(K, N * H * W);
     result.grad_residual = Summed<Real>(N * K * H * W, 1);
-    for_each_product(input.shape, [&](std::size_t at_y, std::size_t at_weight, std::size_t at_x) {
+    const auto add = [&](std::size_t at_y, std::size_t at_weight, std::size_t at_x) {
         const Real grad = grad_y[at_y] * input.scale;
         result.grad_x.add(at_x, input.weight[at_weight] * grad);
         result.grad_weight.add(at_weight, input.x[at_x] * grad);
-    });
+    };
+    for_each_product(input.shape, input.replicate, add);
     for (std::size_t i = 0; i < grad_y.size(); ++i) {
         result.grad_bias.add(i / (H * W) % K, grad_y[i] * input.scale);
         result.grad_residual.add(i, grad_y[i] * input.scale);
@@ -120,23 +130,25 @@ inline Conv2dInput<double> conv2d_input(const OpArguments& in) {
             x.values,
             weight.values,
             in.values(2),
-            in.values(3)};
+            in.values(3),
+            in.flag("replicate")};
 }
 
 /// With outputs of order 1.
 inline OpExample conv2d_example(const Conv2dShape& s, int winograd, bool plain = true,
-                                double scale = 1) {
+                                double scale = 1, bool replicate = false) {
     const Dims x{s.N, s.C, s.H, s.W}, y{s.N, s.K, s.H, s.W};
     const double deviation = 1 / std::sqrt(static_cast<double>(s.R * s.R * s.C));
     return {.inputs = {{x}, {{s.K, s.C, s.R, s.R}, 0, deviation}, {{s.K}, 0, 0.25}, {y}},
             .outputs = {y},
-            .attributes = "{\"scale\": " + std::to_string(scale) +
-                          ", \"winograd\": " + std::to_string(winograd) + "}",
+            .attributes = "{\"scale\": " + std::to_string(scale) + ", \"winograd\": " +
+                          std::to_string(winograd) + (replicate ? ", \"replicate\": true}" : "}"),
             .title = text_of(x) + " -> " + std::to_string(s.K) +
                      (s.R == 1        ? " 1x1"
                       : winograd == 0 ? ""
                       : winograd == 2 ? " F(2x2)"
-                                      : " F(4x4)"),
+                                      : " F(4x4)") +
+                     (replicate ? " replicate" : ""),
             .plain = plain};
 }
 
@@ -174,6 +186,8 @@ inline constexpr OpRef kConv2dRef{
                 all.push_back(conv2d_example({2, 9, 9, 8, 15, 3}, winograd, true, 0.5));
             all.push_back(conv2d_example({2, 9, 9, 8, 17, 3}, 0, true, 0.5));  // directly
             all.push_back(conv2d_example({2, 6, 5, 7, 10, 1}, 0, true, 0.5));
+            for (const int winograd : {0, 4})
+                all.push_back(conv2d_example({2, 9, 7, 6, 10, 3}, winograd, true, 0.5, true));
             return all;
         },
     .sizes = conv2d_sizes};

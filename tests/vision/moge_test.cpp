@@ -5,6 +5,7 @@
 
 #include "ops/op_harness.h"
 #include "support/expect_status.h"
+#include "support/golden_file.h"
 #include "vision/moge_model.h"
 #include "vision/small_moge.h"
 
@@ -131,6 +132,33 @@ TEST_P(MogeModelTest, MakesMapsOfAnySizeAlike) {
     EXPECT_EQ(again.normals, first.normals);
     // The table of positions has as many patches.
     EXPECT_EQ(need(model->run(picture(20, 20), 20, 20, 25)).mask.size(), 400U);
+}
+
+/// A residual block of zeros at the last level changes nothing, but then its layers are computed one by one.
+TEST_P(MogeModelTest, LastLevelAsOneLayerIsTheSame) {
+    io::NamedTensors layered = small_moge();
+    for (const std::string layer : {"2", "5"}) {
+        const std::string name = "points_head.res_blocks.4.0.layers." + layer;
+        constexpr std::int64_t kChannels = 8;
+        const std::vector<float> zeros(9 * kChannels * kChannels);
+        layered = with(
+            layered, {name + ".weight", {kChannels, kChannels, 3, 3}, io::NumberType::kF32, zeros});
+        layered = with(
+            layered,
+            {name + ".bias", {kChannels}, io::NumberType::kF32, std::vector<float>(kChannels)});
+    }
+    const auto folded = need(MogeModel::create(context(), small_moge(), {}));
+    const auto model = need(MogeModel::create(context(), layered, {}));
+    const std::vector<float> image = picture(70, 40);
+    const auto got = need(folded->run(image, 70, 40, 24));
+    const auto expected = need(model->run(image, 70, 40, 24));
+    const auto expect = [](const char* what, const std::vector<float>& a,
+                           const std::vector<float>& b) {
+        expect_relative(what, a, std::vector<double>(b.begin(), b.end()), 5e-6);
+    };
+    expect("points", got.points, expected.points);
+    expect("normals", got.normals, expected.normals);
+    expect("mask", got.mask, expected.mask);
 }
 
 TEST_P(MogeModelTest, RefusesTokensThatDoNotFit) {

@@ -31,7 +31,8 @@ def attention(a, q, k, v):
 
 
 def conv2d(a, x, weight, bias=None, residual=None):
-    y = F.conv2d(x, weight, bias, padding=weight.shape[-1] // 2)
+    pad = weight.shape[-1] // 2
+    y = F.conv2d(F.pad(x, [pad] * 4, mode="replicate" if a.get("replicate") else "constant"), weight, bias)
     return (y if residual is None else y + residual) * a.get("scale", 1)
 
 

@@ -196,19 +196,21 @@ void add_images(std::vector<OpStress>& families, const std::string& op) {
 
 void add_conv2d(std::vector<OpStress>& families) {
     for (const int winograd : {0, 2, 4})
-        for (const double mean : {0.0, 100.0}) {
+        for (const auto& [mean, replicate] :
+             {std::pair(0.0, false), {100.0, false}, {100.0, true}}) {
             OpCase op_case =
-                made("conv2d", {{"scale", 1}, {"winograd", winograd}},
+                made("conv2d", {{"scale", 1}, {"winograd", winograd}, {"replicate", replicate}},
                      {filled("x", {1, 32, 12, 12}, 1, mean, 1),
                       filled("weight", {16, 32, 3, 3}, 2, 0, 0.06), uniform("bias", {16}, 3),
                       uniform("residual", {1, 16, 12, 12}, 4)},
                      {uniform("y", {1, 16, 12, 12}, 5)});
-            families.push_back({format("conv2d/winograd%d_mean_%g", winograd, mean),
-                                format("%s, mean %g, deviation 1",
+            const char* border = replicate ? "_replicate" : "";
+            families.push_back({format("conv2d/winograd%d_mean_%g%s", winograd, mean, border),
+                                format("%s, mean %g, deviation 1%s",
                                        winograd == 0   ? "direct"
                                        : winograd == 2 ? "F(2x2)"
                                                        : "F(4x4)",
-                                       mean),
+                                       mean, replicate ? ", border replicated" : ""),
                                 op_case});
         }
 }

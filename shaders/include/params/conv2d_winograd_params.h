@@ -21,6 +21,7 @@ SPLAT_SPEC_ID kWinogradResidualId = 17u;     // forward output: there is a resid
 SPLAT_SPEC_ID kWinogradExactId = 18u;        // forward output: tiles cover the image exactly and come in eights
 SPLAT_SPEC_ID kWinogradAccumulateId = 19u;   // backward weight output: add to the existing values
 SPLAT_SPEC_ID kWinogradPartsId = 20u;        // inputs, for GPUs: quads of channels of an invocation, 1 or 2
+SPLAT_SPEC_ID kWinogradReplicateId = 21u;    // forward input: beyond the image is its nearest pixel, else 0
 
 // A 3x3 convolution by Winograd's algorithm, one slice of the tiles at a time. Tiles are numbered image by
 // image, row by row.

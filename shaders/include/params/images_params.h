@@ -15,6 +15,7 @@ SPLAT_SPEC_ID kResample2dUpId = 11u;       // to twice the size, else to half
 SPLAT_SPEC_ID kPad2dReplicateId = 12u;     // what lies outside is the nearest pixel, else 0
 SPLAT_SPEC_ID kResize2dCubicId = 13u;      // filter of two pixels to each side, else of one
 SPLAT_SPEC_ID kResize2dAntialiasId = 14u;  // the filter grows with the pixels of y
+SPLAT_SPEC_ID kPatches2dPairsId = 15u;     // from channels to pixels, patches of 2 x 2: one in an invocation
 
 // In all of them groups_x is the number of workgroups per row of the dispatch, see src/vk/launch.h.
 

@@ -67,6 +67,16 @@ Status pad2d_check(const Pad2dDesc& desc) {
     return {};
 }
 
+Status pad2d_forward(vk::Recorder& recorder, const Pad2dDesc& desc, const vk::BufferView& x,
+                     const vk::BufferView& y) {
+    return record(recorder, "pad2d_forward", desc, x, y);
+}
+
+Status pad2d_backward(vk::Recorder& recorder, const Pad2dDesc& desc, const vk::BufferView& grad_y,
+                      const vk::BufferView& grad_x) {
+    return record(recorder, "pad2d_backward", desc, grad_y, grad_x);
+}
+
 namespace {
 
 constexpr Attribute kPad2dAttributes[] = {
@@ -107,13 +117,13 @@ Result<OpPlan> pad2d_plan(const vk::Recorder&, const Attributes& attributes,
 
 Status pad2d_row_forward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
     SPLAT_ASSIGN(const Pad2dDesc desc, pad2d_desc(attributes, v.inputs[0].shape));
-    return record(recorder, "pad2d_forward", desc, v.inputs[0], v.outputs[0]);
+    return pad2d_forward(recorder, desc, v.inputs[0], v.outputs[0]);
 }
 
 Status pad2d_row_backward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
     if (!present(v.grad_inputs[0])) return {};
     SPLAT_ASSIGN(const Pad2dDesc desc, pad2d_desc(attributes, v.inputs[0].shape));
-    return record(recorder, "pad2d_backward", desc, v.grad_outputs[0], v.grad_inputs[0]);
+    return pad2d_backward(recorder, desc, v.grad_outputs[0], v.grad_inputs[0]);
 }
 
 }  // namespace

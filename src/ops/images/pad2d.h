@@ -32,6 +32,10 @@ Status pad2d_check(const Pad2dDesc& desc);
 /// Source       the definition, as in torch.nn.functional.pad
 ///
 /// The gradient of a pixel: the sum of those of its copies.
+Status pad2d_forward(vk::Recorder& recorder, const Pad2dDesc& desc, const vk::BufferView& x,
+                     const vk::BufferView& y);
+Status pad2d_backward(vk::Recorder& recorder, const Pad2dDesc& desc, const vk::BufferView& grad_y,
+                      const vk::BufferView& grad_x);
 extern const OpRow kPad2dRow;
 
 }  // namespace splat::ops

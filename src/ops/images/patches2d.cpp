@@ -11,16 +11,18 @@ Status record(vk::Recorder& recorder, const Patches2dDesc& desc, bool back, cons
               const vk::BufferView& y) {
     SPLAT_TRY(patches2d_check(desc));
     SPLAT_ASSIGN(const QuadDims dims, quad_dims(y.shape));
-    return record_each(recorder,
-                       {.kernel = back ? "patches2d_backward" : "patches2d_forward",
-                        .items = dims.quads(),
-                        .accesses = {vk::read(x), vk::write(y)},
-                        .work = {.flops = 0, .bytes = 2.0 * static_cast<double>(dims.bytes())}},
-                       [&](std::uint32_t groups_x) {
-                           return params::Patches2dParams{
-                               desc.n,    desc.c,  desc.height / desc.size, desc.width / desc.size,
-                               desc.size, groups_x};
-                       });
+    EachItem item = {.kernel = back ? "patches2d_backward" : "patches2d_forward",
+                     .items = dims.quads(),
+                     .accesses = {vk::read(x), vk::write(y)},
+                     .work = {.flops = 0, .bytes = 2.0 * static_cast<double>(dims.bytes())}};
+    if (back && desc.size == 2 && recorder.kernels() != vk::Kernels::kPlain) {
+        item.constants.push_back({params::kPatches2dPairsId, 1});
+        item.items /= 4;
+    }
+    return record_each(recorder, std::move(item), [&](std::uint32_t groups_x) {
+        return params::Patches2dParams{
+            desc.n, desc.c, desc.height / desc.size, desc.width / desc.size, desc.size, groups_x};
+    });
 }
 
 }  // namespace
