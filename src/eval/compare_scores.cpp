@@ -162,7 +162,8 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
     std::vector<double> p, of_ranks;
     for (MetricSamples& samples : samples_of(a, b, options.unpaired)) {
         MetricFinding finding = finding_of(std::move(samples), options);
-        finding.images = image_wins(a.images, b.images, finding.samples.metric);
+        if (!options.unpaired)
+            finding.images = image_wins(a.images, b.images, finding.samples.metric);
         p.push_back(finding.comparison.p_permutation);
         of_ranks.push_back(finding.rank.p);
         found.metrics.push_back(std::move(finding));

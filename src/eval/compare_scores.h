@@ -1,7 +1,7 @@
 #pragma once
 
-#include "eval/rank_test.h"
 #include "eval/score_table.h"
+#include "eval/signed_rank.h"
 #include "eval/significance.h"
 
 namespace splat::eval {
@@ -21,8 +21,8 @@ struct MetricFinding {
     double p_holm = 1;     ///< p_permutation corrected for the number of metrics
     RankTest rank;         ///< of pairs; unpaired its p is NaN
     double rank_holm = 1;  ///< its p corrected for the number of metrics
-    Wins objects;          ///< of pairs
-    Wins images;           ///< of the views of both, where files tell them, whether paired or not
+    Wins objects;          ///< none unpaired, as of images
+    Wins images;           ///< of the views of both, where files tell them
     Verdict verdict = Verdict::kNoDifference;
 };
 

@@ -1,4 +1,4 @@
-#include "eval/rank_test.h"
+#include "eval/signed_rank.h"
 
 #include <algorithm>
 #include <cmath>
