@@ -9,7 +9,7 @@ namespace {
 
 /// With more, a normal distribution is as good (scipy draws the line there, too); 2^50 counts are exact in a double.
 constexpr std::size_t kExact = 50;
-constexpr double kRounding = 1e-12;
+constexpr double kSameSize = 1e-12;
 
 /// The probability of a sum of ranks 1 to n, each taken or not, of at most `most`.
 double rank_sum_at_most(std::size_t n, std::size_t most) {
@@ -37,7 +37,7 @@ RankTest signed_rank_test(std::span<const double> a, std::span<const double> b) 
     std::ranges::sort(differences, {}, [](double d) { return std::abs(d); });
     double ties = 0;  // sum of t^3 - t over groups of t equal sizes
     for (std::size_t first = 0, end = 0; first < test.n; first = end) {
-        const double size = std::abs(differences[first]) + kRounding * largest;
+        const double size = std::abs(differences[first]) + kSameSize * largest;
         for (end = first; end < test.n && std::abs(differences[end]) <= size;) ++end;
         const auto t = static_cast<double>(end - first);
         ties += t * t * t - t;

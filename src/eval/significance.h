@@ -34,8 +34,8 @@ struct ResampleOptions {
 ///                is (1 + extreme) / (1 + permutations)
 /// p_parametric   Student's t of the differences
 /// effect         Cohen's d of the differences
-/// bca_low, bca_high   BCa of the same bootstrap samples; the acceleration is that of the jackknife, of samples equal to
-///                the difference half count as below
+/// bca_low, bca_high   BCa of the same bootstrap samples; the acceleration is that of the jackknife, and of samples
+///                equal to the difference half count as below it
 /// Determinism    the same numbers for the same seed
 /// Source         Fisher 1935; Phipson & Smyth 2010 for the 1 +; Efron 1987 for BCa
 Comparison compare_paired(std::span<const double> a, std::span<const double> b,

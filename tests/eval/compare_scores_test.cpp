@@ -166,9 +166,8 @@ TEST(CompareScores, CountsTheObjectsAndImagesThatEachWins) {
 }
 
 TEST(CompareScores, RanksAreCorrectedForTheNumberOfMetrics) {
-    const ScoreComparison found =
-        compared(table({{"psnr", values(0)}, {"ssim", values(0)}}),
-                 table({{"psnr", values(1)}, {"ssim", values(0)}}));
+    const ScoreComparison found = compared(table({{"psnr", values(0)}, {"ssim", values(0)}}),
+                                           table({{"psnr", values(1)}, {"ssim", values(0)}}));
     EXPECT_EQ(found.metrics[0].rank_holm, 2 * found.metrics[0].rank.p);
     EXPECT_EQ(found.metrics[1].rank.p, 1);
     EXPECT_EQ(found.note, "") << "equal scores ask for no test";

@@ -52,8 +52,9 @@ TEST(SignedRank, TiesShareRanksAndReduceTheVariance) {
     EXPECT_FALSE(test.exact);
     EXPECT_TRUE(test.tied);
     // 20.6 - 20.1 and 22.2 - 21.7 differ by rounding alone.
-    EXPECT_TRUE(signed_rank_test(std::vector<double>{20.1, 21.7, 3}, std::vector<double>{20.6, 22.2, 9})
-                    .tied);
+    EXPECT_TRUE(
+        signed_rank_test(std::vector<double>{20.1, 21.7, 3}, std::vector<double>{20.6, 22.2, 9})
+            .tied);
 }
 
 TEST(SignedRank, FiftyAreExactAndMoreAreNormal) {

@@ -129,8 +129,9 @@ TEST(Significance, AcceleratedIntervalsOfNoDeviationAreTheDifference) {
     EXPECT_NEAR(equal.bca_low, 0.5, 1e-12);
     EXPECT_NEAR(equal.bca_high, 0.5, 1e-12);
     // One sample lies on one side of the difference, which leaves no bias to correct for.
-    const Comparison one = compare_paired(std::vector<double>{0, 0, 0}, std::vector<double>{1, 2, 9},
-                                          {.permutations = 1, .bootstraps = 1});
+    const Comparison one =
+        compare_paired(std::vector<double>{0, 0, 0}, std::vector<double>{1, 2, 9},
+                       {.permutations = 1, .bootstraps = 1});
     EXPECT_TRUE(std::isnan(one.bca_low) && std::isnan(one.bca_high));
     EXPECT_EQ(one.low, one.high);
 }

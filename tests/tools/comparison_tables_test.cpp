@@ -40,7 +40,8 @@ ComparedMetric compared(splat_metric metric, const char* name) {
 ComparisonTable table() {
     ComparisonTable made;
     made.baseline = "runs/base_1";
-    made.add("a, {b} & 100%", {compared(SPLAT_METRIC_PSNR, "psnr"), compared(SPLAT_METRIC_LPIPS, "lpips")},
+    made.add("a, {b} & 100%",
+             {compared(SPLAT_METRIC_PSNR, "psnr"), compared(SPLAT_METRIC_LPIPS, "lpips")},
              {{"paired", true}, {"permutations", 300000}, {"bootstraps", 10000}});
     return made;
 }
@@ -51,14 +52,15 @@ TEST(ComparisonTables, CsvHasIntervalsAndNamesOfTests) {
     made.rows[1].compared.found.exact = 1;
     made.rows[1].compared.found.wilcoxon_exact = 1;
     const std::string csv = comparison_csv(made);
-    EXPECT_EQ(csv.substr(csv.find('\n') + 1),
-              "runs/base_1,\"a, {b} & 100%\",psnr,30,30,20.25,20.75,0.5,0.25,0.75,0.375,0.875,"
-              "10000,1.25e-05,2.5e-05,300000 random sign flips,0.0625,paired Student's t,1.5,"
-              "0.015625,0.03125,signed rank: normal approximation with tie correction; zeros "
-              "dropped,400.5,28,20,2,8,0,0,0,better\r\n"
-              "runs/base_1,\"a, {b} & 100%\",lpips,30,30,20.25,20.75,0.5,0.25,0.75,,0.875,"
-              "10000,1.25e-05,2.5e-05,all sign flips,0.0625,paired Student's t,1.5,"
-              "0.015625,0.03125,signed rank: exact; zeros dropped,400.5,28,20,2,8,0,0,0,better\r\n");
+    EXPECT_EQ(
+        csv.substr(csv.find('\n') + 1),
+        "runs/base_1,\"a, {b} & 100%\",psnr,30,30,20.25,20.75,0.5,0.25,0.75,0.375,0.875,"
+        "10000,1.25e-05,2.5e-05,300000 random sign flips,0.0625,paired Student's t,1.5,"
+        "0.015625,0.03125,signed rank: normal approximation with tie correction; zeros "
+        "dropped,400.5,28,20,2,8,0,0,0,better\r\n"
+        "runs/base_1,\"a, {b} & 100%\",lpips,30,30,20.25,20.75,0.5,0.25,0.75,,0.875,"
+        "10000,1.25e-05,2.5e-05,all sign flips,0.0625,paired Student's t,1.5,"
+        "0.015625,0.03125,signed rank: exact; zeros dropped,400.5,28,20,2,8,0,0,0,better\r\n");
     made.paired = false;
     const std::string unpaired = comparison_csv(made);
     EXPECT_NE(unpaired.find("300000 random shuffles,0.0625,normal distribution of means,1.5"
