@@ -671,7 +671,7 @@ namespace Splat
         /** <summary>objects in which B is better</summary> */ public long WinsB { get; }
         /** <summary>objects with equal scores</summary> */ public long Ties { get; }
         /// <summary>views of the objects of both in which A is better, where per_image.csv beside both per_object.csv
-        /// tells their scores; else 0</summary>
+        /// tells their scores; else 0, as unpaired</summary>
         public long ImageWinsA { get; }
         /** <summary>views in which B is better</summary> */ public long ImageWinsB { get; }
         /** <summary>views with equal scores</summary> */ public long ImageTies { get; }

@@ -4532,7 +4532,7 @@ namespace Splat.Interop
         /** <summary>objects in which B is better</summary> */ public ulong wins_b;
         /** <summary>objects with equal scores</summary> */ public ulong ties;
         /// <summary>views of the objects of both in which A is better, where per_image.csv beside both per_object.csv
-        /// tells their scores; else 0</summary>
+        /// tells their scores; else 0, as unpaired</summary>
         public ulong image_wins_a;
         /** <summary>views in which B is better</summary> */ public ulong image_wins_b;
         /** <summary>views with equal scores</summary> */ public ulong image_ties;

@@ -683,7 +683,7 @@ class MetricComparison(Record):
     wins_b           objects in which B is better
     ties             objects with equal scores
     image_wins_a     views of the objects of both in which A is better, where per_image.csv beside both per_object.csv
-                     tells their scores; else 0
+                     tells their scores; else 0, as unpaired
     image_wins_b     views in which B is better
     image_ties       views with equal scores
     """

@@ -1757,7 +1757,7 @@ pub struct splat_metric_comparison {
     /** objects in which B is better */ pub wins_b: u64,
     /** objects with equal scores */ pub ties: u64,
     /// views of the objects of both in which A is better, where per_image.csv beside both per_object.csv tells their
-    /// scores; else 0
+    /// scores; else 0, as unpaired
     pub image_wins_a: u64,
     /** views in which B is better */ pub image_wins_b: u64,
     /** views with equal scores */ pub image_ties: u64,

@@ -989,7 +989,7 @@ output! {
         /** objects in which B is better */ wins_b: u64 = raw.wins_b,
         /** objects with equal scores */ ties: u64 = raw.ties,
         /// views of the objects of both in which A is better, where per_image.csv beside both per_object.csv tells
-        /// their scores; else 0
+        /// their scores; else 0, as unpaired
         image_wins_a: u64 = raw.image_wins_a,
         /** views in which B is better */ image_wins_b: u64 = raw.image_wins_b,
         /** views with equal scores */ image_ties: u64 = raw.image_ties,
