@@ -18,13 +18,6 @@ std::string joined(const std::vector<std::string>& fields, const char* between) 
     return text;
 }
 
-std::string csv_field(const std::string& text) {
-    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-    std::string field = "\"";
-    for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
-    return field + "\"";
-}
-
 std::string csv_number(double value) {
     return std::isnan(value) ? "" : format("%.9g", value);
 }
