@@ -203,7 +203,7 @@ std::string comparison_csv(const ComparisonTable& table) {
 std::string comparison_latex(const ComparisonTable& table) {
     const bool images = has_images(table);
     std::string text =
-        "\\begin{table}\n\\centering\n\\caption{" + latex_caption(table, images) +
+        "\\begin{table}\n\\centering\\footnotesize\\setlength{\\tabcolsep}{3pt}\n\\caption{" + latex_caption(table, images) +
         "}\n\\begin{tabular}{llrrrrcrrc" + (images ? "c" : "") + "}\n\\hline\n" +
         "Method & Metric & $n$ & Baseline & Method & $\\Delta$ & 95\\% interval (BCa) & $p$ & "
         "$p_W$ & W\\,:\\,T\\,:\\,L" +
