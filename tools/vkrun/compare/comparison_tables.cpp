@@ -60,8 +60,8 @@ std::string latex_metric(const ComparedMetric& compared) {
 }
 
 std::string latex_wins(std::uint64_t wins, std::uint64_t ties, std::uint64_t losses) {
-    const std::string text = wins_text(wins, ties, losses);
-    return text == kNone ? "--" : "$" + text + "$";
+    if (wins + ties + losses == 0) return "--";
+    return std::to_string(wins) + "/" + std::to_string(ties) + "/" + std::to_string(losses);
 }
 
 bool has_images(const ComparisonTable& table) {
@@ -110,7 +110,7 @@ std::string latex_caption(const ComparisonTable& table, bool images) {
     text +=
         " $p_W$: two-sided Wilcoxon signed rank test, exact, or where marked $^\\approx$ by its "
         "normal approximation with tie correction; differences of 0 dropped (Wilcoxon's rule); "
-        "Holm-corrected alike. W\\,:\\,T\\,:\\,L: objects won, tied, lost";
+        "Holm-corrected alike. W/T/L: objects won, tied, lost";
     return text + (images ? ", and images." : ".");
 }
 
@@ -203,10 +203,11 @@ std::string comparison_csv(const ComparisonTable& table) {
 std::string comparison_latex(const ComparisonTable& table) {
     const bool images = has_images(table);
     std::string text =
-        "\\begin{table}\n\\centering\\footnotesize\\setlength{\\tabcolsep}{3pt}\n\\caption{" + latex_caption(table, images) +
-        "}\n\\begin{tabular}{llrrrrcrrc" + (images ? "c" : "") + "}\n\\hline\n" +
+        "\\begin{table}\n\\centering\\footnotesize\\setlength{\\tabcolsep}{3pt}\n\\caption{" +
+        latex_caption(table, images) + "}\n\\begin{tabular}{llrrrrcrrc" + (images ? "c" : "") +
+        "}\n\\hline\n" +
         "Method & Metric & $n$ & Baseline & Method & $\\Delta$ & 95\\% interval (BCa) & $p$ & "
-        "$p_W$ & W\\,:\\,T\\,:\\,L" +
+        "$p_W$ & W/T/L" +
         (images ? " & images" : "") + " \\\\\n\\hline\n";
     for (const auto& [method, compared] : table.rows) text += latex_row(method, compared, images);
     return text + "\\hline\n\\end{tabular}\n\\end{table}\n";
