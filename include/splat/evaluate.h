@@ -191,9 +191,10 @@ SPLAT_API splat_result splat_evaluator_summary(splat_evaluator evaluator,
 SPLAT_API splat_result splat_evaluator_report(splat_evaluator evaluator, char* buffer,
                                               size_t capacity, size_t* needed);
 
-/* Write what `vkrun eval` writes: results.json, per_object.csv (a line per object), scores.txt
- * ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it) and objects.json (all of
- * each object's scores, for splat_evaluator_load), each whole or not at all.
+/* Write what `vkrun eval` writes: results.json, per_object.csv (a line per object), per_image.csv (a
+ * line per novel view), scores.txt ("index_name psnr ssim lpips" of novel views, as Splatter Image
+ * writes it) and objects.json (all of each object's scores, for splat_evaluator_load), each whole or
+ * not at all.
  * folder    made where it is missing
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
  *   (the folder or a file cannot be written). */
@@ -202,7 +203,7 @@ SPLAT_API splat_result splat_evaluator_save(splat_evaluator evaluator, const cha
 /* Take over scores that splat_evaluator_save wrote, by the names of objects, as if they had been
  * scored here: to merge what several processes scored, or to go on. They replace those of the same
  * objects.
- * folder    of objects.json
+ * folder    of objects.json and per_image.csv
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      NULL; scores of other weights, configuration, method, data
  *                                     set, split, views; no such object; nothing is taken
@@ -311,7 +312,8 @@ typedef struct splat_metric_comparison {
     /* paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution */
     double p_parametric;
     double p_holm; /* p_permutation corrected for the number of metrics */
-    double low;  /* lower end of the bootstrap interval of 95 % of `difference`; NaN of one pair */
+    /* lower end of the percentile bootstrap interval of 95 % of `difference`; NaN of one pair */
+    double low;
     double high; /* upper end of that interval */
     double effect; /* Cohen's d; infinite if all differences are equal, NaN of one pair */
     uint64_t n_a;  /* scores of A; paired: as many as of B, those of the shared objects */
@@ -320,6 +322,28 @@ typedef struct splat_metric_comparison {
      * NOT_COMPARABLE */
     uint64_t lacking_a;
     uint64_t lacking_b; /* the same, with a finite score in A only */
+    /* lower end of the bias-corrected and accelerated interval (BCa, Efron 1987) of 95 % of
+     * `difference`, of the same samples; NaN also where all of these lie on one side of it */
+    double bca_low;
+    double bca_high; /* upper end of that interval */
+    /* two-sided, by Wilcoxon's signed rank test without the differences that are 0 (Wilcoxon's
+     * rule); NaN unpaired */
+    double p_wilcoxon;
+    double p_wilcoxon_holm; /* p_wilcoxon corrected for the number of metrics */
+    double wilcoxon_w;      /* sum of the ranks of differences above 0 */
+    uint64_t wilcoxon_n; /* differences that are not 0; with fewer than 6 it shows no difference */
+    /* 1: p_wilcoxon is exact (50 differences or fewer, of different sizes); 0: by a normal
+     * distribution, its variance corrected for ties */
+    uint32_t wilcoxon_exact;
+    uint32_t wilcoxon_tied; /* 1: differences of one size share the mean of their ranks */
+    uint64_t wins_a;        /* objects in which A is better; 0 unpaired */
+    uint64_t wins_b;        /* objects in which B is better */
+    uint64_t ties;          /* objects with equal scores */
+    /* views of the objects of both in which A is better, where per_image.csv beside both
+     * per_object.csv tells their scores; else 0, as unpaired */
+    uint64_t image_wins_a;
+    uint64_t image_wins_b; /* views in which B is better */
+    uint64_t image_ties;   /* views with equal scores */
 } splat_metric_comparison;
 
 /* Get the comparison in one metric.
@@ -341,10 +365,12 @@ SPLAT_API splat_result splat_comparison_samples(splat_comparison comparison, uin
                                                 uint64_t b_count);
 
 /* JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed",
- * "least_objects" (with fewer the verdict is TOO_FEW), "permutations", "note" (on objects that only
- * one has; may be empty), "metrics": [{"metric", "mean_a", "mean_b", "observed_difference",
- * "p_permutation", "p_parametric", "p_holm", "ci": [low, high], "effect_size", "n_pairs", "n_a", "n_b",
- * "exact", "verdict"}]}.
+ * "least_objects" (with fewer the verdict is TOO_FEW), "permutations", "bootstraps", "note" (on
+ * objects that only one has, and on fewer than Wilcoxon's test takes; may be empty), "metrics":
+ * [{"metric", "mean_a", "mean_b", "observed_difference", "p_permutation", "p_parametric", "p_holm",
+ * "ci": [low, high], "ci_bca": [low, high], "effect_size", "n_pairs", "n_a", "n_b", "exact",
+ * "p_wilcoxon", "p_wilcoxon_holm", "wilcoxon_w", "wilcoxon_n", "wilcoxon_exact", "wilcoxon_tied",
+ * "wins_a", "wins_b", "ties", "image_wins_a", "image_wins_b", "image_ties", "verdict"}]}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_comparison_report(splat_comparison comparison, char* buffer,
                                                size_t capacity, size_t* needed);

@@ -61,6 +61,9 @@ template <>
 inline constexpr std::size_t kFirstVersionBytes<splat_scene_info> = offsetof(splat_scene_info,
                                                                              bytes);
 template <>
+inline constexpr std::size_t kFirstVersionBytes<splat_metric_comparison> =
+    offsetof(splat_metric_comparison, bca_low);
+template <>
 inline constexpr std::size_t kFirstVersionBytes<splat_prior_model_desc> =
     offsetof(splat_prior_model_desc, device);
 template <>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "eval/score_table.h"
+#include "eval/signed_rank.h"
 #include "eval/significance.h"
 
 namespace splat::eval {
@@ -17,7 +18,11 @@ const char* verdict_name(Verdict verdict);
 struct MetricFinding {
     MetricSamples samples;
     Comparison comparison;
-    double p_holm = 1;  ///< p_permutation corrected for the number of metrics
+    double p_holm = 1;     ///< p_permutation corrected for the number of metrics
+    RankTest rank;         ///< of pairs; unpaired its p is NaN
+    double rank_holm = 1;  ///< its p corrected for the number of metrics
+    Wins objects;          ///< none unpaired, as of images
+    Wins images;           ///< of the views of both, where files tell them
     Verdict verdict = Verdict::kNoDifference;
 };
 
@@ -45,10 +50,11 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
                                        const CompareOptions& options);
 
 /// JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "least_objects", "seed",
-/// "permutations",
-/// "note", "metrics": [{"metric", "mean_a", "mean_b", "observed_difference", "p_permutation",
-/// "p_parametric", "p_holm", "ci": [low, high], "effect_size" (null: infinite, or of one pair), "n_pairs", "n_a",
-/// "n_b", "lacking_a", "lacking_b", "exact", "verdict"}]}.
+/// "permutations", "bootstraps", "note", "metrics": [{"metric", "mean_a", "mean_b", "observed_difference",
+/// "p_permutation", "p_parametric", "p_holm", "ci": [low, high], "ci_bca": [low, high], "effect_size" (null: infinite,
+/// or of one pair), "n_pairs", "n_a", "n_b", "lacking_a", "lacking_b", "exact", "p_wilcoxon", "p_wilcoxon_holm",
+/// "wilcoxon_w", "wilcoxon_n", "wilcoxon_exact", "wilcoxon_tied", "wins_a", "wins_b", "ties", "image_wins_a",
+/// "image_wins_b", "image_ties", "verdict"}]}.
 std::string comparison_text(const ScoreComparison& comparison);
 
 }  // namespace splat::eval

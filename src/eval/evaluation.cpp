@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/os/file.h"
+#include "eval/csv_table.h"
 #include "eval/json_number.h"
 #include "eval/saved_objects.h"
 #include "eval/score_table.h"
@@ -50,11 +51,6 @@ void write_ledgers(const Evaluation& evaluation, const Summary& summary, JsonWri
 JsonWriter& text_or_null(JsonWriter& json, const char* key, const std::string& text) {
     json.newline(2).key(key);
     return text.empty() ? json.raw("null") : json.value(text);
-}
-
-/// C libraries and processors differ in the sign of a NaN.
-std::string decimal(const char* pattern, double value) {
-    return std::isnan(value) ? "nan" : format(pattern, value);
 }
 
 }  // namespace
@@ -137,6 +133,9 @@ Status save(const Evaluation& evaluation, const std::string& folder) {
         return io::write_file(folder + "/" + name, io::as_bytes(text));
     };
     SPLAT_TRY(write("per_object.csv", table_text(evaluation)));
+    ImageTable images;
+    for (const auto& [index, object] : evaluation.objects) images[object.name] = object.novel_views;
+    SPLAT_TRY(write(kImagesFile, image_table_text(images)));
     SPLAT_TRY(write("scores.txt", scores_text(evaluation)));
     SPLAT_TRY(write(kObjectsFile, objects_text(evaluation) + "\n"));
     return write("results.json", results_text(evaluation) + "\n");

@@ -41,8 +41,8 @@ std::string table_text(const Evaluation& evaluation);
 /// "index_name psnr ssim lpips" of novel views, as Splatter Image writes its scores.txt.
 std::string scores_text(const Evaluation& evaluation);
 
-/// Make a folder where it is missing, and write results.json, per_object.csv, scores.txt and objects.json, each
-/// whole or not at all. Errors: kIo; those of io::write_file.
+/// Make a folder where it is missing, and write results.json, per_object.csv, per_image.csv, scores.txt and
+/// objects.json, each whole or not at all. Errors: kIo; those of io::write_file.
 Status save(const Evaluation& evaluation, const std::string& folder);
 
 }  // namespace splat::eval

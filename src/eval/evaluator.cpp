@@ -88,9 +88,7 @@ Result<ObjectScores> Evaluator::score_images(std::uint32_t object, std::span<con
     SPLAT_ASSIGN(const predict::Views read, this->read(object));
     ObjectScores scores;
     scores.name = data_->name(object);
-    SPLAT_TRY(eval::score_images(lpips_, images, read,
-                                 static_cast<std::uint32_t>(which.conditioning.size()),
-                                 data_->resolution(), scores));
+    SPLAT_TRY(eval::score_images(lpips_, images, read, which, data_->resolution(), scores));
     keep(object, scores);
     return scores;
 }

@@ -114,6 +114,7 @@ Result<std::map<std::uint32_t, ObjectScores>> load_objects(
     }
     const JsonTree::List* const list = tree.value()["objects"].list();
     if (list == nullptr) return damaged("'%s' has no list of objects", path.c_str());
+    SPLAT_ASSIGN(ImageTable images, read_image_scores(folder));
     std::map<std::uint32_t, ObjectScores> objects;
     for (std::size_t i = 0; i < list->size(); ++i) {
         auto object = object_of((*list)[i], i);
@@ -123,6 +124,7 @@ Result<std::map<std::uint32_t, ObjectScores>> load_objects(
         if (!number)
             return invalid("'%s': object '%s' is not among those to score", path.c_str(),
                            shown(object.value().name).c_str());
+        object.value().novel_views = std::move(images[object.value().name]);
         objects[*number] = std::move(object.value());
     }
     return objects;

@@ -4,14 +4,13 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <optional>
 #include <sstream>
 #include <string_view>
 
-#include "core/c_locale.h"
 #include "core/json_tree.h"
 #include "core/os/path.h"
 #include "core/shown.h"
+#include "eval/csv_table.h"
 #include "eval/saved_objects.h"
 #include "io/file.h"
 
@@ -20,93 +19,30 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Status refuse_line(const std::string& path, std::size_t line, const std::string& problem) {
-    return damaged("'%s', line %zu: %s", path.c_str(), line, problem.c_str());
-}
+constexpr const char* kObjectsTable = "per_object.csv";
 
 std::string table_path(const std::string& path) {
     std::error_code none;
     if (fs::is_directory(os::path_of(path), none))
-        return os::text_of(os::path_of(path) / "per_object.csv");
+        return os::text_of(os::path_of(path) / kObjectsTable);
     if (os::path_of(path).extension() == ".json")
-        return os::text_of(os::path_of(path).parent_path() / "per_object.csv");
+        return os::text_of(os::path_of(path).parent_path() / kObjectsTable);
     return path;
 }
 
-struct Row {
-    std::size_t line = 0;  ///< line where the row begins
-    std::vector<std::string> fields;
-};
-
 /// Fields that white space separates, of each line that is not empty.
-std::vector<Row> text_rows(std::string_view text) {
-    std::vector<Row> rows;
+std::vector<CsvRow> text_rows(std::string_view text) {
+    std::vector<CsvRow> rows;
     std::istringstream in{std::string(text)};
     std::string line;
     for (std::size_t number = 1; std::getline(in, line); ++number) {
         std::istringstream words(line);
-        Row row{number, {}};
+        CsvRow row{number, {}};
         for (std::string word; words >> word;) row.fields.push_back(word);
         if (!row.fields.empty()) rows.push_back(std::move(row));
     }
     return rows;
 }
-
-/// Reads records of RFC 4180, whose lines may also end without a carriage return. A quoted field may hold commas,
-/// line ends and, doubled, quotes.
-class CsvReader {
-  public:
-    CsvReader(std::string_view text, const std::string& path) : text_(text), path_(path) {}
-
-    Result<std::vector<Row>> rows() {
-        std::vector<Row> rows;
-        while (at_ < text_.size()) {
-            Row row{line_, {}};
-            do {
-                SPLAT_ASSIGN(std::string field, take_field());
-                row.fields.push_back(std::move(field));
-            } while (take(','));
-            take('\r');
-            if (at_ < text_.size() && !take('\n'))
-                return refuse_line(path_, line_, "a quoted field goes on behind its quote");
-            ++line_;
-            if (row.fields.size() > 1 || !row.fields[0].empty()) rows.push_back(std::move(row));
-        }
-        return rows;
-    }
-
-  private:
-    bool take(char c) {
-        if (at_ == text_.size() || text_[at_] != c) return false;
-        ++at_;
-        return true;
-    }
-
-    Result<std::string> take_field() {
-        if (take('"')) return take_quoted();
-        const std::size_t end = std::min(text_.find_first_of(",\n", at_), text_.size());
-        std::string field(text_.substr(at_, end - at_));
-        if (field.ends_with('\r')) field.pop_back();
-        at_ = end;
-        return field;
-    }
-
-    Result<std::string> take_quoted() {
-        const std::size_t begun = line_;
-        std::string field;
-        for (; at_ < text_.size(); ++at_) {
-            if (text_[at_] == '"' && (++at_ == text_.size() || text_[at_] != '"')) return field;
-            line_ += text_[at_] == '\n' ? 1 : 0;
-            field += text_[at_];
-        }
-        return refuse_line(path_, begun, "a quoted field has no end");
-    }
-
-    std::string_view text_;
-    const std::string& path_;
-    std::size_t at_ = 0;
-    std::size_t line_ = 1;
-};
 
 /// The columns of a file that hold metrics.
 struct Columns {
@@ -120,7 +56,7 @@ struct Columns {
 constexpr std::size_t kTextColumns = 1 + std::size(kMetrics);
 
 bool is_text(std::string_view file) {
-    const std::vector<Row> first = text_rows(file.substr(0, file.find('\n')));
+    const std::vector<CsvRow> first = text_rows(file.substr(0, file.find('\n')));
     return file.find(',') == std::string_view::npos ||
            (first.size() == 1 && first[0].fields.size() == kTextColumns);
 }
@@ -139,6 +75,10 @@ Result<Columns> csv_columns(const std::vector<std::string>& names, const std::st
     for (std::size_t i = 0; i < names.size(); ++i)
         for (const char* metric : kMetrics)
             if (names[i] == std::string(metric) + "_novel") columns.metrics.emplace_back(metric, i);
+    if (columns.count > 1 && names[1] == "view")
+        return refuse_line(path, 1,
+                           "scores of images, which of one object are not independent; expected "
+                           "the per_object.csv beside it, of which the images are counted, too");
     if (names[0] != "object" || columns.metrics.empty())
         return refuse_line(path, 1,
                            "expected a heading with 'object' first and 'psnr_novel', 'ssim_novel' "
@@ -163,22 +103,12 @@ std::string object_name(const std::string& text) {
                : name;
 }
 
-/// A decimal number, or "nan" or "inf", which mean that there is none. Nothing for other texts, and beyond a double.
-std::optional<double> score_of(const std::string& text) {
-    const auto value = decimal_number(text);
-    if (!value) return std::nullopt;
-    const bool digits = text.find_first_of("0123456789") != std::string::npos;
-    const bool hexadecimal = text.find_first_of("xX") != std::string::npos;
-    if (hexadecimal || (digits && !std::isfinite(*value))) return std::nullopt;
-    return value;
-}
-
 /// Reads the lines after the heading.
 class TableLines {
   public:
     TableLines(ScoreTable& table, Columns columns) : table_(table), columns_(std::move(columns)) {}
 
-    Status take(const Row& row) {
+    Status take(const CsvRow& row) {
         const std::size_t number = row.line;
         if (row.fields.size() != columns_.count)
             return refuse_line(
@@ -252,30 +182,27 @@ Result<ScoreTable> read_scores(const std::string& path) {
     table.path = table_path(path);
     SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(table.path));
     const std::string_view text = io::as_text(bytes);
-    std::vector<Row> rows;
+    std::vector<CsvRow> rows;
     Columns columns = text_columns();
     if (is_text(text)) {
         rows = text_rows(text);
     } else {
-        SPLAT_ASSIGN(rows, CsvReader(text, table.path).rows());
+        SPLAT_ASSIGN(rows, csv_rows(text, table.path));
         if (!rows.empty()) {
             SPLAT_ASSIGN(columns, csv_columns(rows[0].fields, table.path));
             rows.erase(rows.begin());
         }
     }
     TableLines lines(table, std::move(columns));
-    for (const Row& row : rows) SPLAT_TRY(lines.take(row));
+    for (const CsvRow& row : rows) SPLAT_TRY(lines.take(row));
     if (table.objects.empty()) return damaged("'%s' holds no scores", table.path.c_str());
     list_metrics(table);
-    if (!table.views.empty()) table.protocol = protocol_beside(table.path);
+    if (table.views.empty()) return table;
+    table.protocol = protocol_beside(table.path);
+    const fs::path file = os::path_of(table.path);
+    if (file.filename() == kObjectsTable)
+        SPLAT_SET(table.images, read_image_scores(os::text_of(file.parent_path())));
     return table;
-}
-
-std::string csv_field(const std::string& text) {
-    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-    std::string field = "\"";
-    for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
-    return field + "\"";
 }
 
 std::string scores_name(const std::string& name) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/status.h"
+#include "eval/image_table.h"
 
 namespace splat::eval {
 
@@ -20,6 +21,7 @@ struct ScoreTable {
     std::map<std::string, std::map<std::string, double>> values;
     std::map<std::string, double> views;  ///< scored of each object, where the file tells
     std::string protocol;  ///< which views are scored, where objects.json beside the file tells
+    ImageTable images;     ///< of per_image.csv, if it is beside per_object.csv
 };
 
 /// Errors: kInvalidArgument if the scores of an object of both are known to be of different views.
@@ -27,13 +29,10 @@ Status check_same_views(const ScoreTable& a, const ScoreTable& b);
 
 /// Read per_object.csv (RFC 4180; an empty score is none) or scores.txt ("index_name psnr ssim lpips") of an
 /// evaluation; a folder, or results.json, stands for the per_object.csv in the same folder. Which views are scored
-/// tells the column "views", and objects.json beside the file. Errors: those of
+/// tells the column "views", and objects.json beside the file. Errors: those of read_image_scores() and
 /// io::read_file; kFormat, naming file and line, if the file is neither, a line has other columns than the first, a
 /// number is malformed, or an object occurs twice.
 Result<ScoreTable> read_scores(const std::string& path);
-
-/// A field of a .csv, quoted where RFC 4180 asks for it.
-std::string csv_field(const std::string& text);
 
 /// A name as a column of scores.txt: white space, control characters and % as %XX. read_scores() decodes it.
 std::string scores_name(const std::string& name);

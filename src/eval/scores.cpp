@@ -138,7 +138,8 @@ Result<std::vector<float>> draw_object(vk::Context& context, predict::Predictor&
 }
 
 Status score_images(const Lpips& lpips, std::span<const float> images, const predict::Views& views,
-                    std::uint32_t inputs, std::uint32_t side, ObjectScores& scores) {
+                    const EvaluatedViews& which, std::uint32_t side, ObjectScores& scores) {
+    const std::size_t inputs = which.conditioning.size();
     const std::size_t plane = std::size_t{3} * side * side;
     if (images.size() != views.images.size())
         return error(Code::kShape,
@@ -162,6 +163,8 @@ Status score_images(const Lpips& lpips, std::span<const float> images, const pre
             SPLAT_ASSIGN(apart, distance(lpips, image, target));
         }
         (i < inputs ? scores.conditioning : scores.novel).add(made, apart);
+        if (i >= inputs)
+            scores.novel_views.push_back({which.novel[i - inputs], made.psnr, made.ssim, apart});
     }
     scores.conditioning.finish();
     scores.novel.finish();
@@ -178,7 +181,7 @@ Result<ObjectScores> score_object(vk::Context& context, predict::Predictor& pred
     ObjectScores scores;
     scores.name = data.name(object);
     SPLAT_ASSIGN(std::vector<float> drawn, draw_object(context, predictor, views, scores));
-    SPLAT_TRY(score_images(lpips, drawn, views, inputs, data.resolution(), scores));
+    SPLAT_TRY(score_images(lpips, drawn, views, which, data.resolution(), scores));
     if (images != nullptr) *images = std::move(drawn);
     if (truths != nullptr) *truths = std::move(views.images);
     return scores;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "eval/image_scores.h"
+#include "eval/image_table.h"
 #include "eval/ledger.h"
 #include "model/lpips_net.h"
 #include "predict/predictor.h"
@@ -42,7 +43,8 @@ inline constexpr struct {
 struct ObjectScores {
     std::string name;
     Scores conditioning, novel;  ///< NaN where the ledger finds numbers that are not finite
-    std::uint32_t empty = 0;     ///< views whose target is all black, which are skipped
+    std::vector<ViewScores> novel_views;
+    std::uint32_t empty = 0;  ///< views whose target is all black, which are skipped
     double predict_seconds = 0, draw_seconds = 0;
     std::uint32_t drawn = 0;
     Ledger ledger;
@@ -78,11 +80,10 @@ Result<EvaluatedViews> evaluated_views(std::uint32_t views_of_object,
 Result<std::vector<float>> draw_object(vk::Context& context, predict::Predictor& predictor,
                                        const predict::Views& views, ObjectScores& scores);
 
-/// Compare `images` with those of `views`, the first `inputs` of which are conditioning ones. Locks the
-/// context of LPIPS for each distance. Errors: kShape for another number of
-/// images; those of the device.
+/// Compare `images` with those of `views`, which are `which`. Locks the context of LPIPS for each distance.
+/// Errors: kShape for another number of images; those of the device.
 Status score_images(const Lpips& lpips, std::span<const float> images, const predict::Views& views,
-                    std::uint32_t inputs, std::uint32_t side, ObjectScores& scores);
+                    const EvaluatedViews& which, std::uint32_t side, ObjectScores& scores);
 
 /// Read, predict, draw and score an object. `images` gets what was drawn, conditioning views first, and
 /// `truths` the targets, [n,3,R,R]; either may be null. Errors: those of ViewSource::read, draw_object()

@@ -13,7 +13,10 @@ struct Comparison {
     double difference = 0;     ///< mean of b minus mean of a
     double p_permutation = 1;  ///< two-sided
     double p_parametric = 1;   ///< NaN of one pair
-    double low = 0, high = 0;  ///< bootstrap interval of 95 % of the difference; NaN of one pair
+    /// Percentile bootstrap interval of 95 % of the difference; NaN of one pair.
+    double low = 0, high = 0;
+    /// The same, bias-corrected and accelerated; NaN also if all bootstrap samples lie on one side of the difference.
+    double bca_low = 0, bca_high = 0;
     /// Difference over standard deviation, infinite if that is 0; NaN of one pair.
     double effect = 0;
     bool exact = false;  ///< all permutations were counted
@@ -31,8 +34,10 @@ struct ResampleOptions {
 ///                is (1 + extreme) / (1 + permutations)
 /// p_parametric   Student's t of the differences
 /// effect         Cohen's d of the differences
+/// bca_low, bca_high   BCa of the same bootstrap samples; the acceleration is that of the jackknife, and of samples
+///                equal to the difference half count as below it
 /// Determinism    the same numbers for the same seed
-/// Source         Fisher 1935; Phipson & Smyth 2010 for the 1 +
+/// Source         Fisher 1935; Phipson & Smyth 2010 for the 1 +; Efron 1987 for BCa
 Comparison compare_paired(std::span<const double> a, std::span<const double> b,
                           const ResampleOptions& options = {});
 
@@ -43,6 +48,7 @@ Comparison compare_paired(std::span<const double> a, std::span<const double> b,
 /// p_parametric   the same for means of samples of a normal distribution with a's mean and population
 ///                standard deviation, of a's size: in closed form, which resampling tends to
 /// effect         Cohen's d with the pooled standard deviation
+/// bca_low, bca_high   as above; the jackknife leaves out one score of either sample
 Comparison compare_pooled(std::span<const double> a, std::span<const double> b,
                           const ResampleOptions& options = {});
 

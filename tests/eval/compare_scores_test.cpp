@@ -143,17 +143,56 @@ TEST(CompareScores, OtherObjectsAreNotComparable) {
     EXPECT_EQ(found.metrics[0].verdict, Verdict::kNotComparable);
 }
 
+TEST(CompareScores, CountsTheObjectsAndImagesThatEachWins) {
+    ScoreTable a = table({{"psnr", {1, 2, 3, 4}}, {"lpips", {1, 2, 3, 4}}});
+    ScoreTable b = table({{"psnr", {2, 2, 4, 3}}, {"lpips", {2, 2, 4, 3}}});
+    a.images["o100"] = {{5, 20, 0.5, 0.1}, {6, 20, 0.5, NAN}, {7, INFINITY, 1, 0}, {9, 1, 1, 1}};
+    b.images["o100"] = {{7, 20, 0.5, 0.1}, {5, 21, 0.5, 0.2}, {6, 21, 0.5, 0.2}, {8, 1, 1, 1}};
+    a.images["o101"] = {{5, 20, 0.5, 0.1}};
+    const ScoreComparison found = compared(a, b);
+    const MetricFinding &psnr = found.metrics[0], &lpips = found.metrics[1];
+    EXPECT_EQ(psnr.objects.b, 2U);
+    EXPECT_EQ(psnr.objects.a, 1U);
+    EXPECT_EQ(psnr.objects.ties, 1U);
+    EXPECT_EQ(lpips.objects.b, 1U) << "less is better";
+    EXPECT_EQ(psnr.images.b, 2U) << "views 5 and 6";
+    EXPECT_EQ(psnr.images.a, 1U) << "view 7, which A draws perfectly";
+    EXPECT_EQ(psnr.images.ties, 0U) << "views 8 and 9 are of one only";
+    EXPECT_EQ(lpips.images.a, 2U);
+    EXPECT_EQ(lpips.images.b, 0U) << "view 6 has no distance in A";
+    const ScoreComparison unpaired = compared(a, b, true);
+    EXPECT_EQ(unpaired.metrics[0].objects.b + unpaired.metrics[0].images.b, 0U);
+    EXPECT_TRUE(std::isnan(unpaired.metrics[0].rank.p));
+}
+
+TEST(CompareScores, RanksAreCorrectedForTheNumberOfMetrics) {
+    const ScoreComparison found = compared(table({{"psnr", values(0)}, {"ssim", values(0)}}),
+                                           table({{"psnr", values(1)}, {"ssim", values(0)}}));
+    EXPECT_EQ(found.metrics[0].rank_holm, 2 * found.metrics[0].rank.p);
+    EXPECT_EQ(found.metrics[1].rank.p, 1);
+    EXPECT_EQ(found.note, "") << "equal scores ask for no test";
+    std::vector<double> few = values(0);
+    for (std::size_t i = 0; i < 4; ++i) few[i] += 1 + static_cast<double>(i);
+    EXPECT_HAS(compared(table({{"psnr", values(0)}}), table({{"psnr", few}})).note,
+               "psnr: 4 objects differ, and Wilcoxon's test takes 6 or more");
+}
+
 TEST(CompareScores, TextHasEveryNumber) {
     const ScoreComparison found = compared(table({{"psnr", {1, 2}}}), table({{"psnr", {2, 3}}}));
     EXPECT_EQ(
         comparison_text(found),
         R"({"a": "", "b": "", "paired": true, "objects_a": 2, "objects_b": 2, )"
-        R"("shared_objects": 2, "least_objects": 6, "seed": 0, "permutations": 1000, "note": "", "metrics": [)"
+        R"("shared_objects": 2, "least_objects": 6, "seed": 0, "permutations": 1000, "bootstraps": 10000, )"
+        R"("note": "psnr: 2 objects differ, and Wilcoxon's test takes 6 or more to tell a difference )"
+        R"(from chance", "metrics": [)"
         "\n"
         R"( {"metric": "psnr", "mean_a": 1.5, "mean_b": 2.5, "observed_difference": 1.0, )"
-        R"("p_permutation": 0.5, "p_parametric": 0.0, "p_holm": 0.5, "ci": [1.0, 1.0], )"
+        R"("p_permutation": 0.5, "p_parametric": 0.0, "p_holm": 0.5, "ci": [1.0, 1.0], "ci_bca": [1.0, 1.0], )"
         R"("effect_size": null, "n_pairs": 2, "n_a": 2, "n_b": 2, "lacking_a": 0, )"
-        R"("lacking_b": 0, "exact": true, )"
+        R"("lacking_b": 0, "exact": true, "p_wilcoxon": 0.15729920705028513, )"
+        R"("p_wilcoxon_holm": 0.15729920705028513, "wilcoxon_w": 3.0, "wilcoxon_n": 2, )"
+        R"("wilcoxon_exact": false, "wilcoxon_tied": true, "wins_a": 0, "wins_b": 2, "ties": 0, )"
+        R"("image_wins_a": 0, "image_wins_b": 0, "image_ties": 0, )"
         R"("verdict": "too few objects"}]})");
 }
 

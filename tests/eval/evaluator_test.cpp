@@ -180,10 +180,15 @@ TEST_F(EvaluatorTest, ScoresImagesOfTheCaller) {
     const auto perfect = need(made.score_images(0, images));
     EXPECT_EQ(perfect.novel.perfect, 3U);
     EXPECT_EQ(perfect.novel.ssim, 1);
+    ASSERT_EQ(perfect.novel_views.size(), 3U);
+    EXPECT_EQ(perfect.novel_views[2].view, need(made.views(0)).novel[2]);
+    EXPECT_EQ(perfect.novel_views[2].psnr, INFINITY);
+    EXPECT_EQ(perfect.novel_views[2].ssim, 1);
     images[5] = std::nanf("");
     const auto broken = need(made.score_images(0, images));
     EXPECT_EQ(broken.ledger.images_not_finite, 1U);
     EXPECT_TRUE(std::isnan(broken.novel.ssim));
+    EXPECT_TRUE(std::isnan(broken.novel_views[0].psnr));
     images.pop_back();
     EXPECT_ERROR(made.score_images(0, images), Code::kShape, "4 views of 3 x 16 x 16");
 }

@@ -54,6 +54,15 @@ TEST_F(ScoreTableTest, ViewsAreThoseOfTheFolder) {
     EXPECT_EQ(alone.protocol, "");
     std::ofstream(folder_ / "objects.json") << R"({"views": "1 inputs, all novel, LPIPS"})";
     EXPECT_EQ(read_scores(folder_.string()).value().protocol, "1 inputs, all novel");
+    EXPECT_TRUE(alone.images.empty());
+    const std::string images = "object,view,psnr_novel,ssim_novel,lpips_novel\na,3,20,0.5,nan\n";
+    std::ofstream(folder_ / "per_image.csv") << images;
+    EXPECT_EQ(read_scores(folder_.string()).value().images.at("a")[0].view, 3U);
+    EXPECT_ERROR(read_scores((folder_ / "per_image.csv").string()), Code::kFormat,
+                 "of one object are not independent; expected the per_object.csv");
+    std::ofstream(folder_ / "per_image.csv") << images + "a,3,20,0.5,nan\n";
+    EXPECT_ERROR(read_scores(folder_.string()), Code::kFormat, "per_image.csv', line 3: view 3 of");
+    std::filesystem::remove(folder_ / "per_image.csv");
     std::ofstream(folder_ / "objects.json") << "{";
     EXPECT_EQ(read_scores(folder_.string()).value().protocol, "") << "damaged: not told";
 }

@@ -115,7 +115,7 @@ TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
     put_text(path() + "/renders/step_00000001.png", "old");
     put_text(path() + "/weights_best.safetensors", "old");
     put_text(path() + "/scene_best.safetensors", "mine");
-    for (const char* name : {"objects.json", "per_object.csv", "per_view.csv", "report.html",
+    for (const char* name : {"objects.json", "per_image.csv", "per_object.csv", "per_view.csv", "report.html",
                              "results.json", "scores.txt"})
         put_text(path() + "/eval/" + name, "old");
     for (const char* name : {"notes.txt", "half.tmp", "eval/mine.txt"})

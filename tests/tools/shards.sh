@@ -68,6 +68,7 @@ cmp eval/scores.txt eval_of_shards/scores.txt || fail "the scores differ"
 cut -d , -f 1-9 eval/per_object.csv >whole.csv
 cut -d , -f 1-9 eval_of_shards/per_object.csv >merged.csv
 cmp whole.csv merged.csv || fail "the tables differ"
+cmp eval/per_image.csv eval_of_shards/per_image.csv || fail "the tables of images differ"
 page() { sed 's/[0-9.]* ms//g' "$1/report.html"; }
 [ "$(page eval)" = "$(page eval_of_shards)" ] || fail "the pages differ"
 grep -v _per_second eval/results.json >whole.json

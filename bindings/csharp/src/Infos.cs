@@ -638,7 +638,8 @@ namespace Splat
         public double PParametric { get; }
         /// <summary><c>PPermutation</c> corrected for the number of metrics</summary>
         public double PHolm { get; }
-        /// <summary>lower end of the bootstrap interval of 95 % of <c>Difference</c>; NaN of one pair</summary>
+        /// <summary>lower end of the percentile bootstrap interval of 95 % of <c>Difference</c>; NaN of one
+        /// pair</summary>
         public double Low { get; }
         /** <summary>upper end of that interval</summary> */ public double High { get; }
         /// <summary>Cohen's d; infinite if all differences are equal, NaN of one pair</summary>
@@ -650,6 +651,31 @@ namespace Splat
         /// NotComparable</summary>
         public long LackingA { get; }
         /** <summary>the same, with a finite score in A only</summary> */ public long LackingB { get; }
+        /// <summary>lower end of the bias-corrected and accelerated interval (BCa, Efron 1987) of 95 % of
+        /// <c>Difference</c>, of the same samples; NaN also where all of these lie on one side of it</summary>
+        public double BcaLow { get; }
+        /** <summary>upper end of that interval</summary> */ public double BcaHigh { get; }
+        /// <summary>two-sided, by Wilcoxon's signed rank test without the differences that are 0 (Wilcoxon's rule);
+        /// NaN unpaired</summary>
+        public double PWilcoxon { get; }
+        /// <summary><c>PWilcoxon</c> corrected for the number of metrics</summary>
+        public double PWilcoxonHolm { get; }
+        /** <summary>sum of the ranks of differences above 0</summary> */ public double WilcoxonW { get; }
+        /// <summary>differences that are not 0; with fewer than 6 it shows no difference</summary>
+        public long WilcoxonN { get; }
+        /// <summary>true: <c>PWilcoxon</c> is exact (50 differences or fewer, of different sizes); false: by a normal
+        /// distribution, its variance corrected for ties</summary>
+        public bool WilcoxonExact { get; }
+        /// <summary>true: differences of one size share the mean of their ranks</summary>
+        public bool WilcoxonTied { get; }
+        /** <summary>objects in which A is better; 0 unpaired</summary> */ public long WinsA { get; }
+        /** <summary>objects in which B is better</summary> */ public long WinsB { get; }
+        /** <summary>objects with equal scores</summary> */ public long Ties { get; }
+        /// <summary>views of the objects of both in which A is better, where per_image.csv beside both per_object.csv
+        /// tells their scores; else 0, as unpaired</summary>
+        public long ImageWinsA { get; }
+        /** <summary>views in which B is better</summary> */ public long ImageWinsB { get; }
+        /** <summary>views with equal scores</summary> */ public long ImageTies { get; }
 
         internal unsafe MetricComparison(splat_metric_comparison* from)
         {
@@ -669,6 +695,20 @@ namespace Splat
             NB = checked((long)from->n_b);
             LackingA = checked((long)from->lacking_a);
             LackingB = checked((long)from->lacking_b);
+            BcaLow = from->bca_low;
+            BcaHigh = from->bca_high;
+            PWilcoxon = from->p_wilcoxon;
+            PWilcoxonHolm = from->p_wilcoxon_holm;
+            WilcoxonW = from->wilcoxon_w;
+            WilcoxonN = checked((long)from->wilcoxon_n);
+            WilcoxonExact = from->wilcoxon_exact != 0;
+            WilcoxonTied = from->wilcoxon_tied != 0;
+            WinsA = checked((long)from->wins_a);
+            WinsB = checked((long)from->wins_b);
+            Ties = checked((long)from->ties);
+            ImageWinsA = checked((long)from->image_wins_a);
+            ImageWinsB = checked((long)from->image_wins_b);
+            ImageTies = checked((long)from->image_ties);
         }
     }
 

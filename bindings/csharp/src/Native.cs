@@ -2570,9 +2570,10 @@ namespace Splat.Interop
             needed);
 
         /// <summary>
-        /// Write what `vkrun eval` writes: results.json, per_object.csv (a line per object), scores.txt
-        /// ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it) and objects.json (all of
-        /// each object's scores, for splat_evaluator_load), each whole or not at all.
+        /// Write what `vkrun eval` writes: results.json, per_object.csv (a line per object), per_image.csv (a
+        /// line per novel view), scores.txt ("index_name psnr ssim lpips" of novel views, as Splatter Image
+        /// writes it) and objects.json (all of each object's scores, for splat_evaluator_load), each whole or
+        /// not at all.
         /// folder    made where it is missing
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
         ///   (the folder or a file cannot be written).
@@ -2588,7 +2589,7 @@ namespace Splat.Interop
         /// Take over scores that splat_evaluator_save wrote, by the names of objects, as if they had been
         /// scored here: to merge what several processes scored, or to go on. They replace those of the same
         /// objects.
-        /// folder    of objects.json
+        /// folder    of objects.json and per_image.csv
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL; scores of other weights, configuration, method, data
         ///                                     set, split, views; no such object; nothing is taken
@@ -2666,10 +2667,13 @@ namespace Splat.Interop
             double* b, ulong b_count);
 
         /// <summary>JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed",
-        /// "least_objects" (with fewer the verdict is TOO_FEW), "permutations", "note" (on objects that only one has;
-        /// may be empty), "metrics": [{"metric", "mean_a", "mean_b", "observed_difference", "p_permutation",
-        /// "p_parametric", "p_holm", "ci": [low, high], "effect_size", "n_pairs", "n_a", "n_b", "exact",
-        /// "verdict"}]}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
+        /// "least_objects" (with fewer the verdict is TOO_FEW), "permutations", "bootstraps", "note" (on objects that
+        /// only one has, and on fewer than Wilcoxon's test takes; may be empty), "metrics": [{"metric", "mean_a",
+        /// "mean_b", "observed_difference", "p_permutation", "p_parametric", "p_holm", "ci": [low, high], "ci_bca":
+        /// [low, high], "effect_size", "n_pairs", "n_a", "n_b", "exact", "p_wilcoxon", "p_wilcoxon_holm",
+        /// "wilcoxon_w", "wilcoxon_n", "wilcoxon_exact", "wilcoxon_tied", "wins_a", "wins_b", "ties", "image_wins_a",
+        /// "image_wins_b", "image_ties", "verdict"}]}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
+        /// SPLAT_ERROR_INVALID_HANDLE.</summary>
 #if NET8_0_OR_GREATER
         [LibraryImport(Lib)] public static partial
 #else
@@ -4640,7 +4644,8 @@ namespace Splat.Interop
         /// <summary>paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution</summary>
         public double p_parametric;
         /** <summary>p_permutation corrected for the number of metrics</summary> */ public double p_holm;
-        /// <summary>lower end of the bootstrap interval of 95 % of <c>difference</c>; NaN of one pair</summary>
+        /// <summary>lower end of the percentile bootstrap interval of 95 % of <c>difference</c>; NaN of one
+        /// pair</summary>
         public double low;
         /** <summary>upper end of that interval</summary> */ public double high;
         /// <summary>Cohen's d; infinite if all differences are equal, NaN of one pair</summary>
@@ -4651,6 +4656,29 @@ namespace Splat.Interop
         /// NOT_COMPARABLE</summary>
         public ulong lacking_a;
         /** <summary>the same, with a finite score in A only</summary> */ public ulong lacking_b;
+        /// <summary>lower end of the bias-corrected and accelerated interval (BCa, Efron 1987) of 95 % of
+        /// <c>difference</c>, of the same samples; NaN also where all of these lie on one side of it</summary>
+        public double bca_low;
+        /** <summary>upper end of that interval</summary> */ public double bca_high;
+        /// <summary>two-sided, by Wilcoxon's signed rank test without the differences that are 0 (Wilcoxon's rule);
+        /// NaN unpaired</summary>
+        public double p_wilcoxon;
+        /** <summary>p_wilcoxon corrected for the number of metrics</summary> */ public double p_wilcoxon_holm;
+        /** <summary>sum of the ranks of differences above 0</summary> */ public double wilcoxon_w;
+        /// <summary>differences that are not 0; with fewer than 6 it shows no difference</summary>
+        public ulong wilcoxon_n;
+        /// <summary>1: p_wilcoxon is exact (50 differences or fewer, of different sizes); 0: by a normal
+        /// distribution, its variance corrected for ties</summary>
+        public uint wilcoxon_exact;
+        /** <summary>1: differences of one size share the mean of their ranks</summary> */ public uint wilcoxon_tied;
+        /** <summary>objects in which A is better; 0 unpaired</summary> */ public ulong wins_a;
+        /** <summary>objects in which B is better</summary> */ public ulong wins_b;
+        /** <summary>objects with equal scores</summary> */ public ulong ties;
+        /// <summary>views of the objects of both in which A is better, where per_image.csv beside both per_object.csv
+        /// tells their scores; else 0, as unpaired</summary>
+        public ulong image_wins_a;
+        /** <summary>views in which B is better</summary> */ public ulong image_wins_b;
+        /** <summary>views with equal scores</summary> */ public ulong image_ties;
     }
 
     /// <summary>Memory of a device, as one API or process gives it to another.</summary>
@@ -5304,10 +5332,12 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_comparison_info), 40, false,
                 "struct_size:0:4 metrics:4:4 objects_a:8:8 objects_b:16:8 shared_objects:24:8 unpaired:32:4 " +
                 "comparable:36:4"),
-            new NativeLayout(typeof(splat_metric_comparison), 120, false,
+            new NativeLayout(typeof(splat_metric_comparison), 224, false,
                 "struct_size:0:4 metric:4:4 verdict:8:4 exact:12:4 mean_a:16:8 mean_b:24:8 difference:32:8 " +
                 "p_permutation:40:8 p_parametric:48:8 p_holm:56:8 low:64:8 high:72:8 effect:80:8 n_a:88:8 " +
-                "n_b:96:8 lacking_a:104:8 lacking_b:112:8"),
+                "n_b:96:8 lacking_a:104:8 lacking_b:112:8 bca_low:120:8 bca_high:128:8 p_wilcoxon:136:8 " +
+                "p_wilcoxon_holm:144:8 wilcoxon_w:152:8 wilcoxon_n:160:8 wilcoxon_exact:168:4 wilcoxon_tied:172:4 " +
+                "wins_a:176:8 wins_b:184:8 ties:192:8 image_wins_a:200:8 image_wins_b:208:8 image_ties:216:8"),
             new NativeLayout(typeof(splat_external_memory), 64, false,
                 "struct_size:0:4 memory_type:4:4 handle:8:8 memory_bytes:16:8 offset:24:8 device_uuid:32:16 " +
                 "driver_uuid:48:16"),

@@ -222,6 +222,9 @@ class Scores(Case):
         comparison = splat.Comparison(a, b, seed=3)
         psnr = comparison.metrics()[0]
         self.assertEqual((psnr.metric, psnr.verdict), (splat.Metric.PSNR, splat.Verdict.BETTER))
+        self.assertEqual((psnr.wins_a, psnr.wins_b, psnr.image_wins_b), (0, 12, 0))
+        self.assertEqual(psnr.p_wilcoxon, 2 ** -11)
+        self.assertTrue(psnr.wilcoxon_exact and psnr.bca_low < psnr.difference < psnr.bca_high)
         self.assertEqual(comparison.info.shared_objects, 12)
         first, second = comparison.samples(0)
         self.assertTrue((second > first).all())

@@ -99,7 +99,8 @@ splat_result splat_comparison_metric(splat_comparison comparison, uint32_t index
         splat_metric_comparison filled{};
         filled.metric = metric_of(finding.samples.metric);
         filled.verdict = static_cast<splat_verdict>(finding.verdict);
-        SPLAT_COPY(filled, c, exact, difference, p_permutation, p_parametric, low, high, effect);
+        SPLAT_COPY(filled, c, exact, difference, p_permutation, p_parametric, low, high, effect,
+                   bca_low, bca_high);
         filled.mean_a = eval::mean(finding.samples.a);
         filled.mean_b = eval::mean(finding.samples.b);
         filled.p_holm = finding.p_holm;
@@ -107,6 +108,18 @@ splat_result splat_comparison_metric(splat_comparison comparison, uint32_t index
         filled.n_b = finding.samples.b.size();
         filled.lacking_a = finding.samples.lacking_a;
         filled.lacking_b = finding.samples.lacking_b;
+        filled.p_wilcoxon = finding.rank.p;
+        filled.p_wilcoxon_holm = finding.rank_holm;
+        filled.wilcoxon_w = finding.rank.positive;
+        filled.wilcoxon_n = finding.rank.n;
+        filled.wilcoxon_exact = finding.rank.exact ? 1 : 0;
+        filled.wilcoxon_tied = finding.rank.tied ? 1 : 0;
+        filled.wins_a = finding.objects.a;
+        filled.wins_b = finding.objects.b;
+        filled.ties = finding.objects.ties;
+        filled.image_wins_a = finding.images.a;
+        filled.image_wins_b = finding.images.b;
+        filled.image_ties = finding.images.ties;
         api::give(filled, metric);
         return {};
     });

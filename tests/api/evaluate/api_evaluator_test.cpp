@@ -232,6 +232,11 @@ TEST_F(ApiEvaluator, SavesWhatCompareReads) {
     const auto info = got(splat_comparison_get_info, comparison);
     EXPECT_EQ(info.shared_objects, 2U);
     EXPECT_EQ(info.metrics, 2U) << "no LPIPS";
+    desc.b.path = a.c_str();
+    const auto metric = got(splat_comparison_metric, got(splat_compare_scores, &desc), 0);
+    EXPECT_EQ(metric.ties, 2U);
+    EXPECT_GT(metric.image_ties, 2U);
+    EXPECT_EQ(metric.image_wins_a + metric.image_wins_b, 0U);
 }
 
 TEST_F(ApiEvaluator, MergesWhatOthersScored) {
@@ -296,6 +301,16 @@ TEST(ApiComparison, TellsEveryNumberOfAMetric) {
     EXPECT_EQ(metric.p_permutation, 0.5);
     EXPECT_EQ(metric.p_holm, 1);
     EXPECT_EQ(metric.n_a, 2U);
+    EXPECT_EQ(metric.bca_low, 1);
+    EXPECT_EQ(metric.bca_high, 2);
+    EXPECT_EQ(metric.p_wilcoxon, 0.5);
+    EXPECT_EQ(metric.p_wilcoxon_holm, 1);
+    EXPECT_EQ(metric.wilcoxon_w, 3);
+    EXPECT_EQ(metric.wilcoxon_n, 2U);
+    EXPECT_EQ(metric.wilcoxon_exact, 1U);
+    EXPECT_EQ(metric.wilcoxon_tied, 0U);
+    EXPECT_EQ(metric.wins_b, 2U);
+    EXPECT_EQ(metric.wins_a + metric.ties + metric.image_wins_b, 0U);
     double a[2], b[2];
     ASSERT_DONE(splat_comparison_samples(comparison, 0, a, 2, b, 2));
     EXPECT_EQ(a[1], 22);
@@ -319,6 +334,8 @@ TEST(ApiComparison, UnpairedScoresOfOtherObjectsAreNotComparable) {
     const auto metric = got(splat_comparison_metric, comparison, 2);
     EXPECT_EQ(metric.verdict, SPLAT_VERDICT_NOT_COMPARABLE);
     EXPECT_EQ(metric.n_b, 1U) << "NaN is no score";
+    EXPECT_TRUE(std::isnan(metric.p_wilcoxon));
+    EXPECT_EQ(metric.wins_a + metric.wins_b + metric.ties, 0U);
 }
 
 }  // namespace

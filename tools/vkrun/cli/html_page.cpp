@@ -1,6 +1,7 @@
 #include "vkrun/cli/html_page.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -44,6 +45,8 @@ img{max-width:100%;height:auto;image-rendering:pixelated;border:1px solid var(--
 svg{max-width:100%;height:auto}
 .sheet{display:flow-root;min-width:min(100%,28em);margin-right:0}
 .scroll{overflow-x:auto}
+.save{white-space:nowrap;color:inherit}
+@media print{.save{display:none}}
 .sheet img{width:100%;max-width:72em;min-width:44em}
 @media(min-width:52em){.sheet img{min-width:0}}
 .plot svg{background:var(--plate);color:#222;max-width:none}
@@ -61,6 +64,9 @@ constexpr std::uint32_t kSheet = 600;
 
 constexpr const char* kColors[] = {"#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e"};
 constexpr const char* kDashes[] = {"none", "7 3", "2 3"};  // for further curves of the same colours
+
+/// Pixels of a chart, and of a line of text in a file of it: the title above, the legend below.
+constexpr double kChartHeight = 260, kFileTitle = 26;
 
 /// A step of 1, 2 or 5 times a power of ten, about a fifth of the range.
 double tick_step(double range) {
@@ -193,43 +199,67 @@ void HtmlPage::picture(const std::string& path, const std::string& caption, std:
         "<figcaption>" + xml_escaped(caption) + "</figcaption></figure>\n";
 }
 
+std::string HtmlPage::save_link(const std::string& svg, const std::string& caption) {
+    std::string name;
+    for (const char c : caption.substr(0, 60)) {
+        const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0;
+        if (plain || (!name.empty() && name.back() != '_')) name += plain ? c : '_';
+    }
+    return format(" <a class=\"save\" download=\"%u_%s.svg\" href=\"data:image/svg+xml;base64,",
+                  ++figures_, name.c_str()) +
+           base64(svg) + "\">Save as SVG</a>";
+}
+
 void HtmlPage::plot(const std::string& svg, const std::string& caption) {
     body_ += "<figure class=\"plot\"><div class=\"scroll\">" + svg + "</div><figcaption>" +
-             xml_escaped(caption) + "</figcaption></figure>\n";
+             xml_escaped(caption) + save_link(svg, caption) + "</figcaption></figure>\n";
 }
 
 void HtmlPage::chart(const std::string& caption, const std::vector<Curve>& curves) {
     if (std::all_of(curves.begin(), curves.end(), [](const Curve& c) { return c.points.empty(); }))
         return;
     const Axes axes(curves);
-    std::string svg =
-        "<figure class='chart'><svg width='640' height='260' viewBox='0 0 640 260' "
-        "role='img' aria-label=\"" +
-        xml_escaped(caption) + "\">" + grid(axes);
-    std::string legend;
+    std::string drawn = grid(axes), legend, below;  // the legend of the page, of the saved file
+    double height = kFileTitle + kChartHeight;
     for (std::size_t i = 0; i < curves.size(); ++i) {
         const auto& points = curves[i].points;
         if (points.empty()) continue;
         const char* const color = kColors[i % std::size(kColors)];
         const char* const dashes = kDashes[i / std::size(kColors) % std::size(kDashes)];
-        svg += format(
+        drawn += format(
             "<polyline fill='none' stroke-width='1.5' stroke='%s' stroke-dasharray='%s' "
             "points='",
             color, dashes);
-        for (const auto& [x, y] : points) svg += format("%.1f,%.1f ", axes.x(x), axes.y(y));
-        svg += "'/>";
+        for (const auto& [x, y] : points) drawn += format("%.1f,%.1f ", axes.x(x), axes.y(y));
+        drawn += "'/>";
         if (points.size() == 1)
-            svg += format("<circle r='3' fill='%s' cx='%.1f' cy='%.1f'/>", color,
-                          axes.x(points[0].first), axes.y(points[0].second));
-        if (curves.size() > 1)
-            legend += format(
-                " <span style='display:inline-block'><svg width='24' height='8' viewBox='0 0 24 8'>"
-                "<line x2='24' y1='4' y2='4' stroke-width='3' style='stroke:%s' "
-                "stroke-dasharray='%s'/></svg>&nbsp;%s</span>",
-                color, dashes, xml_escaped(curves[i].name).c_str());
+            drawn += format("<circle r='3' fill='%s' cx='%.1f' cy='%.1f'/>", color,
+                            axes.x(points[0].first), axes.y(points[0].second));
+        if (curves.size() == 1) continue;
+        const std::string sample =
+            format(" stroke-width='3' style='stroke:%s' stroke-dasharray='%s'/>", color, dashes);
+        legend +=
+            " <span style='display:inline-block'><svg width='24' height='8' viewBox='0 0 24 8'>"
+            "<line x2='24' y1='4' y2='4'" +
+            sample + "</svg>&nbsp;" + xml_escaped(curves[i].name) + "</span>";
+        height += kFileTitle;
+        below += format("<line x1='60' x2='84' y1='%.0f' y2='%.0f'", height - 14, height - 14) +
+                 sample + svg_text(92, height - 8, "start", curves[i].name);
     }
+    const std::string file =
+        format(
+            "<svg xmlns='http://www.w3.org/2000/svg' width='640' height='%.0f' "
+            "viewBox='0 0 640 %.0f'><style>text{font:15px sans-serif;fill:#444}"
+            "line{stroke:#ddd}</style><rect width='100%%' height='100%%' fill='white'/>",
+            height, height) +
+        svg_text(320, 18, "middle", caption) +
+        format("<g transform='translate(0 %.0f)'>", kFileTitle) + drawn + "</g>" + below +
+        "</svg>\n";
     body_ +=
-        svg + "</svg><figcaption>" + xml_escaped(caption) + legend + "</figcaption></figure>\n";
+        "<figure class='chart'><svg width='640' height='260' viewBox='0 0 640 260' "
+        "role='img' aria-label=\"" +
+        xml_escaped(caption) + "\">" + drawn + "</svg><figcaption>" + xml_escaped(caption) +
+        legend + save_link(file, caption) + "</figcaption></figure>\n";
 }
 
 void HtmlPage::embed(const std::string& markup, const std::string& style,

@@ -26,7 +26,7 @@ class HtmlPage {
     /// takes the room that there is, and scrolls on narrow screens); nothing if it cannot be read.
     void picture(const std::string& path, const std::string& caption, std::uint32_t width = 0);
 
-    /// Show an SVG file.
+    /// Show an SVG file, with a link that saves it; charts have one, too.
     void plot(const std::string& svg, const std::string& caption);
 
     struct Curve {
@@ -44,6 +44,10 @@ class HtmlPage {
     [[nodiscard]] std::string text() const;
 
   private:
+    /// A link that saves a figure, named after its place in the page and its caption.
+    std::string save_link(const std::string& svg, const std::string& caption);
+
+    std::uint32_t figures_ = 0;
     std::string body_;
     std::string title_;
     std::string style_, script_;  ///< set by embed()

@@ -18,6 +18,9 @@ namespace vkrun {
 /// "'PATH': SENTENCE", or the sentence alone if it names the path at its beginning.
 std::string about_file(const std::string& path, const std::string& sentence);
 
+/// A field of a .csv, quoted where RFC 4180 asks for it.
+std::string csv_field(const std::string& text);
+
 /// "3.8 GiB"
 std::string bytes_text(unsigned long long bytes);
 

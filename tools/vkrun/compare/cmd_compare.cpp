@@ -12,6 +12,7 @@
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
+#include "vkrun/compare/comparison_tables.h"
 #include "vkrun/compare/distribution_plot.h"
 
 namespace vkrun {
@@ -20,12 +21,18 @@ namespace {
 constexpr const char* kCompareFooter =
     R"(A and B are results of 'vkrun eval' (a folder, results.json or per_object.csv) or scores.txt of Splatter Image.
 Objects are paired by name. For each metric the mean difference B - A comes with a permutation test (signs of the
-differences flipped), Student's t test, a percentile bootstrap interval of 95 % and Cohen's d of the differences.
-p_holm is p_permutation corrected for the number of metrics; below 0.05 the difference is called better or worse.
+differences flipped), Student's t test, and Cohen's d of the differences; with two bootstrap intervals of 95 %, by
+percentiles and bias-corrected and accelerated (BCa, Efron 1987); and with Wilcoxon's signed rank test: differences
+that are 0 are dropped (Wilcoxon's rule), p is exact for up to 50 differences of different sizes, else of a normal
+distribution whose variance is corrected for ties. p (Holm) is p corrected for the number of metrics; if that of the
+permutation test is below 0.05, the difference is called better or worse. The objects, and where per_image.csv lies
+beside both per_object.csv the images, in which A is better, both are equal, and B is better, are counted.
 Where only A or only B has a finite score of an object, the others do not tell which is better: not comparable.
-So few objects that no difference would be shown, however clear, are too few: with n pairs p_permutation is 2^(1-n) or
-more, so that one metric takes 6 objects, two and three take 7. Scores of other views, by the numbers in
+So few objects that no difference would be shown, however clear, are too few: with n pairs p is 2^(1-n) or more by
+either test, so that one metric takes 6 objects, two and three take 7. Scores of other views, by the numbers in
 per_object.csv and the options in objects.json beside it, are refused.
+
+--latex writes a table (which needs no package), --csv all numbers; both name the tests and intervals.
 
 --unpaired ignores which object a score belongs to, as the published code does: a permutation of all scores, and
 means drawn from a normal distribution like A. If A and B cover different objects, the difference may come from the
@@ -37,13 +44,13 @@ objects or are of other views, 6 B is worse in some metric.
 Examples:
   vkrun compare runs/base/eval runs/new/eval
   vkrun compare reference/scores.txt both/scores.txt --unpaired --json
-  vkrun compare a.csv b.csv --plot differences.svg
+  vkrun compare a.csv b.csv --plot differences.svg --latex table.tex --csv table.csv
 )";
 
 struct CompareOptions {
     std::string a;
     std::string b;
-    std::string plot;
+    std::string plot, latex, csv;
     bool unpaired = false;
     bool overwrite = false;
     bool json = false;
@@ -52,9 +59,7 @@ struct CompareOptions {
 };
 
 /// The comparison of two files in one metric.
-struct MetricFinding {
-    std::string metric, verdict;  ///< names of the metric and the verdict
-    splat_metric_comparison found;
+struct MetricFinding : ComparedMetric {
     std::vector<double> a, b;
 };
 
@@ -77,11 +82,9 @@ Comparison compare_files(const CompareOptions& options) {
 
 std::vector<MetricFinding> findings_of(const Comparison& comparison, const Json& report) {
     std::vector<MetricFinding> findings;
-    for (const Json& row : report.at("metrics")) {
-        MetricFinding finding{
-            row.at("metric"), row.at("verdict"), sized<splat_metric_comparison>(), {}, {}};
+    for (ComparedMetric& compared : compared_metrics(comparison.get(), report)) {
+        MetricFinding finding{std::move(compared), {}, {}};
         const auto index = static_cast<std::uint32_t>(findings.size());
-        check(splat_comparison_metric(comparison.get(), index, &finding.found));
         finding.a.resize(finding.found.n_a);
         finding.b.resize(finding.found.n_b);
         check(splat_comparison_samples(comparison.get(), index, finding.a.data(), finding.a.size(),
@@ -117,7 +120,47 @@ void print_table(const Json& report, const CompareOptions& options,
                    format("%.3g", f.p_holm), format("%.3g", f.p_parametric),
                    format("%+.3f", f.effect), verdict_text(finding, count("least_objects"))});
     }
-    std::printf("%s", table.text().c_str());
+    Table more({"metric", ">95 % BCa interval", ">W", ">of", ">p (Wilcoxon)", ">p (Holm)", "test",
+                ">objects A : tie : B", ">images A : tie : B"});
+    for (const MetricFinding& finding : findings) {
+        const splat_metric_comparison& f = finding.found;
+        more.add({finding.metric, interval_text("%+.5f", f.bca_low, f.bca_high),
+                  options.unpaired ? "-" : format("%g", f.wilcoxon_w),
+                  options.unpaired ? "-" : std::to_string(f.wilcoxon_n),
+                  options.unpaired ? "-" : format("%.3g", f.p_wilcoxon),
+                  options.unpaired ? "-" : format("%.3g", f.p_wilcoxon_holm), rank_test_name(f),
+                  wins_text(f.wins_a, f.ties, f.wins_b),
+                  wins_text(f.image_wins_a, f.image_ties, f.image_wins_b)});
+    }
+    std::printf("%s\n%s", table.text().c_str(), more.text().c_str());
+}
+
+void write_tables(const CompareOptions& options, const std::vector<MetricFinding>& findings,
+                  const Json& report) {
+    ComparisonTable table;
+    table.baseline = options.a;
+    table.add(options.b, {findings.begin(), findings.end()}, report);
+    write_text(options.latex, comparison_latex(table));
+    write_text(options.csv, comparison_csv(table));
+}
+
+/// Throws a Failure unless each file that is asked for can be written.
+void check_outputs(const CompareOptions& options) {
+    std::vector<std::string> inputs = {options.a, options.b}, taken;
+    for (const std::string& folder : {options.a, options.b})
+        inputs.push_back(folder + "/per_object.csv");
+    for (const std::string& file : {options.plot, options.latex, options.csv}) {
+        if (file.empty()) continue;
+        check_target(file, options.overwrite, inputs);
+        check_folder_of(file);
+        if (std::count(taken.begin(), taken.end(), file) != 0)
+            throw Failure(kUsageError, "'" + file + "' is asked for twice; name two files");
+        taken.push_back(file);
+    }
+    if (taken.empty() && options.overwrite)
+        throw Failure(kUsageError,
+                      "--overwrite is for the files of --plot, --latex and --csv, of which none is "
+                      "asked for");
 }
 
 void write_plot(const CompareOptions& options, const std::vector<MetricFinding>& findings) {
@@ -146,11 +189,7 @@ void write_plot(const CompareOptions& options, const std::vector<MetricFinding>&
 }
 
 int compare(const CompareOptions& options) {
-    if (options.plot.empty() && options.overwrite)
-        throw Failure(kUsageError, "--overwrite is for the file of --plot, which is not asked for");
-    if (!options.plot.empty())
-        check_target(options.plot, options.overwrite, {options.a, options.b});
-    check_folder_of(options.plot);
+    check_outputs(options);
     const Comparison comparison = compare_files(options);
     Json report = library_json(splat_comparison_report, comparison.get());
     auto info = sized<splat_comparison_info>();
@@ -162,6 +201,7 @@ int compare(const CompareOptions& options) {
             "without --unpaired the objects in both are compared";
     const std::vector<MetricFinding> findings = findings_of(comparison, report);
     if (!options.plot.empty()) write_plot(options, findings);
+    write_tables(options, findings, report);
     if (options.json)
         print_json(report);
     else
@@ -194,6 +234,10 @@ void add_compare(CLI::App& app, int& exit_code) {
         ->check(CLI::NonNegativeNumber.description(""))
         ->capture_default_str();
     command->add_option("--plot", options->plot, "Plot of the distributions, .svg")
+        ->type_name("FILE");
+    command->add_option("--latex", options->latex, "Table with intervals and tests, .tex")
+        ->type_name("FILE");
+    command->add_option("--csv", options->csv, "All numbers, with the tests' names, .csv")
         ->type_name("FILE");
     add_overwrite_flag(*command, options->overwrite, "FILE");
     add_json_flag(*command, options->json);

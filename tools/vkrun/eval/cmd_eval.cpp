@@ -44,10 +44,10 @@ is all black is skipped.
 LPIPS needs the weights of its network, which are not part of libsplat: pass --lpips twice, with a file of
 torchvision's vgg16 and with lpips/weights/v0.1/vgg.pth of the lpips package. Without them LPIPS is nan.
 
-OUT gets results.json, per_object.csv, objects.json (all numbers of each object, which shards are merged from),
-scores.txt ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it) and report.html, in which the
-worst, the median and the best object turn; with --images N contact sheets of the first N objects, target above
-prediction, and with --single N each of their views as NNNN_NAME/VVV_drawn.png and VVV_true.png.
+OUT gets results.json, per_object.csv, per_image.csv (each novel view), objects.json (all numbers of each object, which
+shards are merged from), scores.txt ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it) and
+report.html, in which the worst, the median and the best object turn; with --images N contact sheets of the first N
+objects, target above prediction, and with --single N each of their views as NNNN_NAME/VVV_drawn.png and VVV_true.png.
 
 --baseline scores a simple method in place of the network, for 'vkrun compare': "mean" shows the mean of all
 training images for every object; "billboard" shows the first conditioning view as a flat picture, at the depth

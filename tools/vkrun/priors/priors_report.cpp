@@ -114,14 +114,6 @@ Json wins_json(const PriorsEvaluation& evaluation, const std::string& group) {
     return list;
 }
 
-/// A cell of a .csv.
-std::string cell(const std::string& text) {
-    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-    return quoted + "\"";
-}
-
 void add_worst(HtmlPage& page, const PriorsEvaluation& evaluation) {
     const MapMetric& metric = metrics_of(evaluation.options.kind)[0];
     std::vector<std::pair<double, const ScoredMap*>> order;
@@ -190,7 +182,8 @@ std::string per_map_csv(const PriorsEvaluation& evaluation) {
     for (const ScoredMap& map : evaluation.maps)
         for (std::size_t m = 0; m < evaluation.methods.size(); ++m) {
             if (map.scores[m].empty()) continue;
-            csv += cell(map.name) + "," + cell(map.group) + "," + cell(evaluation.methods[m]);
+            csv += csv_field(map.name) + "," + csv_field(map.group) + "," +
+                   csv_field(evaluation.methods[m]);
             for (const double score : map.scores[m])
                 csv += std::isnan(score) ? "," : format(",%.9g", score);
             csv += "\n";

@@ -10,6 +10,7 @@
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
+#include "vkrun/train/run_evaluations.h"
 #include "vkrun/train/run_report.h"
 
 namespace vkrun {
@@ -18,20 +19,23 @@ namespace {
 constexpr const char* kReportFooter =
     R"(The page shows each run's facts, its curves of loss and validation PSNR, and its latest renders (input, then
 truth, prediction and error alternately), and turns its validation object (renders/best.ply); several runs share
-one chart. Runs with an evaluation in eval/ are compared with the first of them over the same objects. The page loads
-nothing from elsewhere.
+one chart. Each figure has a link that saves it as SVG. The page loads nothing from elsewhere.
+Runs with an evaluation in eval/ are compared with the first of them over the same objects: permutation test, percentile
+and BCa bootstrap intervals, Wilcoxon's signed rank test, wins by object and image, as 'vkrun compare --help' says.
+--latex writes them as a table (which needs no package), --csv all numbers; both name the tests and intervals.
 
 Exit status: 0 done, 1 the page cannot be written, 2 wrong usage, 4 a folder holds no run.
 
 Examples:
   vkrun report runs/a
   vkrun report runs/a runs/b --out compare.html --json
+  vkrun report runs/a runs/b runs/c --latex table.tex --csv table.csv
 )";
 
 struct ReportOptions {
     std::vector<std::string> runs;
-    std::string out;
-    bool json = false;
+    std::string out, latex, csv;
+    bool overwrite = false, json = false;
 };
 
 /// A file that is there and no page is not replaced.
@@ -45,11 +49,38 @@ void check_page(const std::string& path) {
         throw Failure(kUsageError, "--out '" + path + "' is there and is no page; name another");
 }
 
+/// Throws a Failure unless there are evaluations for the tables that are asked for, and these can be written.
+RunEvaluations evaluations_of(const ReportOptions& options) {
+    if (options.latex.empty() && options.csv.empty()) {
+        if (options.overwrite)
+            throw Failure(kUsageError,
+                          "--overwrite is for the files of --latex and --csv, of which none is "
+                          "asked for");
+        return {};
+    }
+    if (options.latex == options.csv)
+        throw Failure(kUsageError, "'" + options.csv + "' is asked for twice; name two files");
+    for (const std::string& file : {options.latex, options.csv}) {
+        if (file.empty()) continue;
+        check_target(file, options.overwrite);
+        check_folder_of(file);
+    }
+    RunEvaluations found = compare_evaluations(options.runs);
+    if (found.table.rows.empty())
+        throw Failure(kBadData,
+                      "--latex and --csv compare evaluations, and fewer than two of the runs have "
+                      "one over the same objects; make them by 'vkrun eval ... --out RUN/eval'");
+    return found;
+}
+
 int report(const ReportOptions& options) {
     const std::string out = options.out.empty() ? "" : one_file(options.out, "report.html");
     check_page(out);
+    const RunEvaluations evaluations = evaluations_of(options);
     make_folder_of(out);
     const std::string path = write_run_report(options.runs, out);
+    if (!options.latex.empty()) write_text(options.latex, comparison_latex(evaluations.table));
+    if (!options.csv.empty()) write_text(options.csv, comparison_csv(evaluations.table));
     if (options.json)
         print_json({{"report", path}, {"runs", options.runs.size()}});
     else
@@ -68,6 +99,11 @@ void add_report(CLI::App& app, int& exit_code) {
         ->add_option("--out", options->out,
                      "Page to write, or a folder for report.html; default: the\nfirst RUN")
         ->type_name("FILE");
+    command->add_option("--latex", options->latex, "Table of the evaluations, .tex")
+        ->type_name("FILE");
+    command->add_option("--csv", options->csv, "All numbers of their comparison, .csv")
+        ->type_name("FILE");
+    add_overwrite_flag(*command, options->overwrite, "the files of --latex and --csv");
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = report(*options); });
 }

@@ -13,6 +13,7 @@
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/fit/fit_report.h"
+#include "vkrun/train/run_evaluations.h"
 #include "vkrun/train/run_scene.h"
 
 namespace vkrun {
@@ -176,51 +177,37 @@ void add_run(HtmlPage& page, const ShownRun& run) {
                  1000);
 }
 
-/// `b` compared with `a`, files of scores; empty if they share no object.
-Comparison compare_files(const std::string& a, const std::string& b) {
-    auto desc = sized<splat_compare_desc>();
-    desc.a.path = a.c_str();
-    desc.b.path = b.c_str();
-    if (a == b) desc.resamples = desc.bootstraps = 1;  // only its means are shown
-    Comparison comparison;
-    const splat_result result = splat_compare_scores(&desc, comparison.out());
-    if (result != SPLAT_OK && result != SPLAT_ERROR_NOT_FOUND)
-        throw Failure(kBadData, library_message());
-    return comparison;
-}
-
-/// The evaluations in the runs' folders, each compared with the first over the objects of both.
-void add_evaluations(HtmlPage& page, const std::vector<ShownRun>& runs) {
-    std::vector<std::string> files, names;
-    for (const ShownRun& run : runs) {
-        const auto path = os::path_of(run.folder) / "eval" / "per_object.csv";
-        if (!std::filesystem::exists(path)) continue;
-        files.push_back(os::text_of(path));
-        names.push_back(run.folder);
-    }
-    if (files.empty()) return;
+/// The evaluations in the runs' folders.
+void add_evaluations(HtmlPage& page, const std::vector<std::string>& folders) {
+    const RunEvaluations found = compare_evaluations(folders);
+    if (found.first.empty()) return;
+    const std::string& baseline = found.table.baseline;
     std::vector<std::vector<std::string>> rows = {
-        {"run", "metric", "mean", "objects", "against " + names[0], "95 %", "p"}};
-    for (std::size_t i = 0; i < files.size(); ++i) {
-        const Comparison comparison = compare_files(files[0], files[i]);
-        if (comparison.get() == nullptr) continue;
-        const Json report = library_json(splat_comparison_report, comparison.get());
-        for (const Json& metric : report.at("metrics")) {
-            const auto number = [&metric](const char* key) { return metric.at(key).get<double>(); };
-            rows.push_back({names[i], metric.at("metric"), format("%.4f", number("mean_b")),
-                            std::to_string(metric.at("n_b").get<std::size_t>()), "", "", ""});
-            if (i == 0) continue;
-            const Json& interval = metric.at("ci");
-            std::vector<std::string>& row = rows.back();
-            row[4] = format("%+.4f", number("observed_difference"));
-            if (interval.at(0).is_number())  // not of one pair
-                row[5] = format("%+.4f to %+.4f", interval.at(0).get<double>(),
-                                interval.at(1).get<double>());
-            row[6] = format("%.2g", number("p_permutation"));
-        }
+        {"run", "metric", "mean", "objects", "against " + baseline, "95 % (percentile)",
+         "95 % (BCa)", "p (permutation)", "p (Wilcoxon)", "objects won : tied : lost",
+         "images won : tied : lost"}};
+    for (const ComparedMetric& metric : found.first)
+        rows.push_back({baseline, metric.metric, format("%.4f", metric.found.mean_b),
+                        std::to_string(metric.found.n_b), "", "", "", "", "", "", ""});
+    for (const auto& [method, compared] : found.table.rows) {
+        const splat_metric_comparison& f = compared.found;
+        const bool approximate = f.wilcoxon_exact == 0;
+        rows.push_back({method, compared.metric, format("%.4f", f.mean_b), std::to_string(f.n_b),
+                        format("%+.4f", f.difference), interval_text("%+.4f", f.low, f.high),
+                        interval_text("%+.4f", f.bca_low, f.bca_high),
+                        format("%.2g", f.p_permutation),
+                        format("%.2g%s", f.p_wilcoxon, approximate ? " (normal)" : ""),
+                        wins_text(f.wins_b, f.ties, f.wins_a),
+                        wins_text(f.image_wins_b, f.image_ties, f.image_wins_a)});
     }
     page.heading("Evaluations, over the objects that both have");
     page.table(rows);
+    page.paragraph(
+        "Two-sided tests of pairs, not corrected for the number of metrics: signs of differences "
+        "flipped at random, and Wilcoxon's signed rank test without differences of 0, exact or, "
+        "where it says normal, approximated with a correction for ties. Intervals by bootstrap: "
+        "percentiles, and bias-corrected and accelerated (BCa).");
+    for (const std::string& note : found.notes) page.note(note);
 }
 
 /// A time such as 2026-11-26 18:40 UTC.
@@ -263,7 +250,7 @@ std::string write_run_report(const std::vector<std::string>& folders, const std:
         for (const ShownRun& run : runs) curves.push_back(curve_of(run, key));
         page.chart(caption, curves);
     }
-    add_evaluations(page, runs);
+    add_evaluations(page, folders);
     for (const ShownRun& run : runs) add_run(page, run);
     const std::string path = out.empty() ? runs[0].folder + "/report.html" : out;
     replace_file(path, page.text());

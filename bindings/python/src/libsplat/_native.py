@@ -1763,12 +1763,18 @@ class splat_comparison_info(Structure):
 class splat_metric_comparison(Structure):
     struct_size: int; metric: int; verdict: int; exact: int; mean_a: float; mean_b: float; difference: float
     p_permutation: float; p_parametric: float; p_holm: float; low: float; high: float; effect: float; n_a: int
-    n_b: int; lacking_a: int; lacking_b: int
+    n_b: int; lacking_a: int; lacking_b: int; bca_low: float; bca_high: float; p_wilcoxon: float
+    p_wilcoxon_holm: float; wilcoxon_w: float; wilcoxon_n: int; wilcoxon_exact: int; wilcoxon_tied: int; wins_a: int
+    wins_b: int; ties: int; image_wins_a: int; image_wins_b: int; image_ties: int
     _fields_ = [
         ("struct_size", c_uint32), ("metric", c_int32), ("verdict", c_int32), ("exact", c_uint32),
         ("mean_a", c_double), ("mean_b", c_double), ("difference", c_double), ("p_permutation", c_double),
         ("p_parametric", c_double), ("p_holm", c_double), ("low", c_double), ("high", c_double),
         ("effect", c_double), ("n_a", c_uint64), ("n_b", c_uint64), ("lacking_a", c_uint64), ("lacking_b", c_uint64),
+        ("bca_low", c_double), ("bca_high", c_double), ("p_wilcoxon", c_double), ("p_wilcoxon_holm", c_double),
+        ("wilcoxon_w", c_double), ("wilcoxon_n", c_uint64), ("wilcoxon_exact", c_uint32),
+        ("wilcoxon_tied", c_uint32), ("wins_a", c_uint64), ("wins_b", c_uint64), ("ties", c_uint64),
+        ("image_wins_a", c_uint64), ("image_wins_b", c_uint64), ("image_ties", c_uint64),
     ]
 
 
@@ -2299,11 +2305,14 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("metrics", 4, 4), ("objects_a", 8, 8), ("objects_b", 16, 8),
         ("shared_objects", 24, 8), ("unpaired", 32, 4), ("comparable", 36, 4),
     )),
-    "splat_metric_comparison": (splat_metric_comparison, False, 120, (
+    "splat_metric_comparison": (splat_metric_comparison, False, 224, (
         ("struct_size", 0, 4), ("metric", 4, 4), ("verdict", 8, 4), ("exact", 12, 4), ("mean_a", 16, 8),
         ("mean_b", 24, 8), ("difference", 32, 8), ("p_permutation", 40, 8), ("p_parametric", 48, 8),
         ("p_holm", 56, 8), ("low", 64, 8), ("high", 72, 8), ("effect", 80, 8), ("n_a", 88, 8), ("n_b", 96, 8),
-        ("lacking_a", 104, 8), ("lacking_b", 112, 8),
+        ("lacking_a", 104, 8), ("lacking_b", 112, 8), ("bca_low", 120, 8), ("bca_high", 128, 8),
+        ("p_wilcoxon", 136, 8), ("p_wilcoxon_holm", 144, 8), ("wilcoxon_w", 152, 8), ("wilcoxon_n", 160, 8),
+        ("wilcoxon_exact", 168, 4), ("wilcoxon_tied", 172, 4), ("wins_a", 176, 8), ("wins_b", 184, 8),
+        ("ties", 192, 8), ("image_wins_a", 200, 8), ("image_wins_b", 208, 8), ("image_ties", 216, 8),
     )),
     "splat_external_memory": (splat_external_memory, False, 64, (
         ("struct_size", 0, 4), ("memory_type", 4, 4), ("handle", 8, 8), ("memory_bytes", 16, 8), ("offset", 24, 8),

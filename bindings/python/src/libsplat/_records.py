@@ -653,22 +653,41 @@ class ComparisonInfo(Record):
 class MetricComparison(Record):
     """The comparison of A and B in one metric.
 
-    metric         what is compared
-    verdict        what the numbers show
-    exact          True: all permutations were counted, not random ones
-    mean_a         mean of the scores of A
-    mean_b         mean of the scores of B
-    difference     mean_b - mean_a
-    p_permutation  two-sided; paired: signs of differences flipped, unpaired: all scores shuffled
-    p_parametric   paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution
-    p_holm         p_permutation corrected for the number of metrics
-    low            lower end of the bootstrap interval of 95 % of `difference`; NaN of one pair
-    high           upper end of that interval
-    effect         Cohen's d; infinite if all differences are equal, NaN of one pair
-    n_a            scores of A; paired: as many as of B, those of the shared objects
-    n_b            scores of B
-    lacking_a      objects of both with a finite score in B only: they are left out, and the verdict is NOT_COMPARABLE
-    lacking_b      the same, with a finite score in A only
+    metric           what is compared
+    verdict          what the numbers show
+    exact            True: all permutations were counted, not random ones
+    mean_a           mean of the scores of A
+    mean_b           mean of the scores of B
+    difference       mean_b - mean_a
+    p_permutation    two-sided; paired: signs of differences flipped, unpaired: all scores shuffled
+    p_parametric     paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution
+    p_holm           p_permutation corrected for the number of metrics
+    low              lower end of the percentile bootstrap interval of 95 % of `difference`; NaN of one pair
+    high             upper end of that interval
+    effect           Cohen's d; infinite if all differences are equal, NaN of one pair
+    n_a              scores of A; paired: as many as of B, those of the shared objects
+    n_b              scores of B
+    lacking_a        objects of both with a finite score in B only: they are left out, and the verdict is
+                     NOT_COMPARABLE
+    lacking_b        the same, with a finite score in A only
+    bca_low          lower end of the bias-corrected and accelerated interval (BCa, Efron 1987) of 95 % of
+                     `difference`, of the same samples; NaN also where all of these lie on one side of it
+    bca_high         upper end of that interval
+    p_wilcoxon       two-sided, by Wilcoxon's signed rank test without the differences that are 0 (Wilcoxon's rule);
+                     NaN unpaired
+    p_wilcoxon_holm  p_wilcoxon corrected for the number of metrics
+    wilcoxon_w       sum of the ranks of differences above 0
+    wilcoxon_n       differences that are not 0; with fewer than 6 it shows no difference
+    wilcoxon_exact   True: p_wilcoxon is exact (50 differences or fewer, of different sizes); False: by a normal
+                     distribution, its variance corrected for ties
+    wilcoxon_tied    True: differences of one size share the mean of their ranks
+    wins_a           objects in which A is better; 0 unpaired
+    wins_b           objects in which B is better
+    ties             objects with equal scores
+    image_wins_a     views of the objects of both in which A is better, where per_image.csv beside both per_object.csv
+                     tells their scores; else 0, as unpaired
+    image_wins_b     views in which B is better
+    image_ties       views with equal scores
     """
 
     metric: _native.Metric
@@ -687,6 +706,20 @@ class MetricComparison(Record):
     n_b: int
     lacking_a: int
     lacking_b: int
+    bca_low: float
+    bca_high: float
+    p_wilcoxon: float
+    p_wilcoxon_holm: float
+    wilcoxon_w: float
+    wilcoxon_n: int
+    wilcoxon_exact: bool
+    wilcoxon_tied: bool
+    wins_a: int
+    wins_b: int
+    ties: int
+    image_wins_a: int
+    image_wins_b: int
+    image_ties: int
 
 
 @dataclass(frozen=True)

@@ -177,7 +177,7 @@ class Evaluator(Handle):
         return found
 
     def save(self, folder: PathLike) -> None:
-        """Write results.json, per_object.csv, scores.txt and objects.json to a folder, made if missing."""
+        """Write results.json, per_object.csv, per_image.csv, scores.txt, objects.json to a folder, made if missing."""
         self._call(lib.splat_evaluator_save, self.handle, path_of(folder, "folder"))
 
     def load(self, folder: PathLike) -> None:

@@ -1775,7 +1775,7 @@ pub struct splat_metric_comparison {
     /// paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution
     pub p_parametric: f64,
     /** p_permutation corrected for the number of metrics */ pub p_holm: f64,
-    /** lower end of the bootstrap interval of 95 % of `difference`; NaN of one pair */ pub low: f64,
+    /** lower end of the percentile bootstrap interval of 95 % of `difference`; NaN of one pair */ pub low: f64,
     /** upper end of that interval */ pub high: f64,
     /** Cohen's d; infinite if all differences are equal, NaN of one pair */ pub effect: f64,
     /** scores of A; paired: as many as of B, those of the shared objects */ pub n_a: u64,
@@ -1783,6 +1783,27 @@ pub struct splat_metric_comparison {
     /// objects of both with a finite score in B only: they are left out, and the verdict is NOT_COMPARABLE
     pub lacking_a: u64,
     /** the same, with a finite score in A only */ pub lacking_b: u64,
+    /// lower end of the bias-corrected and accelerated interval (BCa, Efron 1987) of 95 % of `difference`, of the
+    /// same samples; NaN also where all of these lie on one side of it
+    pub bca_low: f64,
+    /** upper end of that interval */ pub bca_high: f64,
+    /// two-sided, by Wilcoxon's signed rank test without the differences that are 0 (Wilcoxon's rule); NaN unpaired
+    pub p_wilcoxon: f64,
+    /** p_wilcoxon corrected for the number of metrics */ pub p_wilcoxon_holm: f64,
+    /** sum of the ranks of differences above 0 */ pub wilcoxon_w: f64,
+    /** differences that are not 0; with fewer than 6 it shows no difference */ pub wilcoxon_n: u64,
+    /// 1: p_wilcoxon is exact (50 differences or fewer, of different sizes); 0: by a normal distribution, its
+    /// variance corrected for ties
+    pub wilcoxon_exact: u32,
+    /** 1: differences of one size share the mean of their ranks */ pub wilcoxon_tied: u32,
+    /** objects in which A is better; 0 unpaired */ pub wins_a: u64,
+    /** objects in which B is better */ pub wins_b: u64,
+    /** objects with equal scores */ pub ties: u64,
+    /// views of the objects of both in which A is better, where per_image.csv beside both per_object.csv tells their
+    /// scores; else 0, as unpaired
+    pub image_wins_a: u64,
+    /** views in which B is better */ pub image_wins_b: u64,
+    /** views with equal scores */ pub image_ties: u64,
 }
 
 /// Memory of a device, as one API or process gives it to another.
@@ -4016,9 +4037,10 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Write what `vkrun eval` writes: results.json, per_object.csv (a line per object), scores.txt
-    /// ("index_name psnr ssim lpips" of novel views, as Splatter Image writes it) and objects.json (all of
-    /// each object's scores, for splat_evaluator_load), each whole or not at all.
+    /// Write what `vkrun eval` writes: results.json, per_object.csv (a line per object), per_image.csv (a
+    /// line per novel view), scores.txt ("index_name psnr ssim lpips" of novel views, as Splatter Image
+    /// writes it) and objects.json (all of each object's scores, for splat_evaluator_load), each whole or
+    /// not at all.
     /// folder    made where it is missing
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
     ///   (the folder or a file cannot be written).
@@ -4029,7 +4051,7 @@ extern "C" {
     /// Take over scores that splat_evaluator_save wrote, by the names of objects, as if they had been
     /// scored here: to merge what several processes scored, or to go on. They replace those of the same
     /// objects.
-    /// folder    of objects.json
+    /// folder    of objects.json and per_image.csv
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL; scores of other weights, configuration, method, data
     ///                                     set, split, views; no such object; nothing is taken
@@ -4080,9 +4102,12 @@ extern "C" {
     ) -> splat_result;
 
     /// JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed", "least_objects" (with
-    /// fewer the verdict is TOO_FEW), "permutations", "note" (on objects that only one has; may be empty), "metrics":
-    /// \[{"metric", "mean_a", "mean_b", "observed_difference", "p_permutation", "p_parametric", "p_holm", "ci":
-    /// \[low, high\], "effect_size", "n_pairs", "n_a", "n_b", "exact", "verdict"}\]}.
+    /// fewer the verdict is TOO_FEW), "permutations", "bootstraps", "note" (on objects that only one has, and on
+    /// fewer than Wilcoxon's test takes; may be empty), "metrics": \[{"metric", "mean_a", "mean_b",
+    /// "observed_difference", "p_permutation", "p_parametric", "p_holm", "ci": \[low, high\], "ci_bca": \[low,
+    /// high\], "effect_size", "n_pairs", "n_a", "n_b", "exact", "p_wilcoxon", "p_wilcoxon_holm", "wilcoxon_w",
+    /// "wilcoxon_n", "wilcoxon_exact", "wilcoxon_tied", "wins_a", "wins_b", "ties", "image_wins_a", "image_wins_b",
+    /// "image_ties", "verdict"}\]}.
     ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_comparison_report(
@@ -4846,9 +4871,12 @@ mod tests {
         8; resamples: 72, 4; bootstraps: 76, 4;);
         layout!(splat_comparison_info, 40, 8, struct_size: 0, 4; metrics: 4, 4; objects_a: 8, 8; objects_b: 16, 8;
         shared_objects: 24, 8; unpaired: 32, 4; comparable: 36, 4;);
-        layout!(splat_metric_comparison, 120, 8, struct_size: 0, 4; metric: 4, 4; verdict: 8, 4; exact: 12, 4; mean_a:
+        layout!(splat_metric_comparison, 224, 8, struct_size: 0, 4; metric: 4, 4; verdict: 8, 4; exact: 12, 4; mean_a:
         16, 8; mean_b: 24, 8; difference: 32, 8; p_permutation: 40, 8; p_parametric: 48, 8; p_holm: 56, 8; low: 64, 8;
-        high: 72, 8; effect: 80, 8; n_a: 88, 8; n_b: 96, 8; lacking_a: 104, 8; lacking_b: 112, 8;);
+        high: 72, 8; effect: 80, 8; n_a: 88, 8; n_b: 96, 8; lacking_a: 104, 8; lacking_b: 112, 8; bca_low: 120, 8;
+        bca_high: 128, 8; p_wilcoxon: 136, 8; p_wilcoxon_holm: 144, 8; wilcoxon_w: 152, 8; wilcoxon_n: 160, 8;
+        wilcoxon_exact: 168, 4; wilcoxon_tied: 172, 4; wins_a: 176, 8; wins_b: 184, 8; ties: 192, 8; image_wins_a:
+        200, 8; image_wins_b: 208, 8; image_ties: 216, 8;);
         layout!(splat_external_memory, 64, 8, struct_size: 0, 4; memory_type: 4, 4; handle: 8, 8; memory_bytes: 16, 8;
         offset: 24, 8; device_uuid: 32, 16; driver_uuid: 48, 16;);
         layout!(splat_fit_desc, 136, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; folder: 16, 8; data: 24, 8; masks:

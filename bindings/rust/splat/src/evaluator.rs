@@ -183,7 +183,8 @@ impl Evaluator {
         })
     }
 
-    /// Write results.json, per_object.csv, scores.txt and objects.json to a folder, which is made where missing.
+    /// Write results.json, per_object.csv, per_image.csv, scores.txt and objects.json to a folder, which is made
+    /// where missing.
     /// # Errors
     /// `Io` (the folder or a file cannot be written).
     pub fn save(&self, folder: impl AsRef<Path>) -> Result<()> {

@@ -1017,7 +1017,8 @@ output! {
         /// paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution
         p_parametric: f64 = raw.p_parametric,
         /** p_permutation corrected for the number of metrics */ p_holm: f64 = raw.p_holm,
-        /** lower end of the bootstrap interval of 95 % of `difference`; NaN of one pair */ low: f64 = raw.low,
+        /// lower end of the percentile bootstrap interval of 95 % of `difference`; NaN of one pair
+        low: f64 = raw.low,
         /** upper end of that interval */ high: f64 = raw.high,
         /** Cohen's d; infinite if all differences are equal, NaN of one pair */ effect: f64 = raw.effect,
         /** scores of A; paired: as many as of B, those of the shared objects */ n_a: u64 = raw.n_a,
@@ -1025,6 +1026,29 @@ output! {
         /// objects of both with a finite score in B only: they are left out, and the verdict is NOT_COMPARABLE
         lacking_a: u64 = raw.lacking_a,
         /** the same, with a finite score in A only */ lacking_b: u64 = raw.lacking_b,
+        /// lower end of the bias-corrected and accelerated interval (BCa, Efron 1987) of 95 % of `difference`, of the
+        /// same samples; NaN also where all of these lie on one side of it
+        bca_low: f64 = raw.bca_low,
+        /** upper end of that interval */ bca_high: f64 = raw.bca_high,
+        /// two-sided, by Wilcoxon's signed rank test without the differences that are 0 (Wilcoxon's rule); NaN
+        /// unpaired
+        p_wilcoxon: f64 = raw.p_wilcoxon,
+        /** p_wilcoxon corrected for the number of metrics */ p_wilcoxon_holm: f64 = raw.p_wilcoxon_holm,
+        /** sum of the ranks of differences above 0 */ wilcoxon_w: f64 = raw.wilcoxon_w,
+        /** differences that are not 0; with fewer than 6 it shows no difference */ wilcoxon_n: u64 = raw.wilcoxon_n,
+        /// true: p_wilcoxon is exact (50 differences or fewer, of different sizes); false: by a normal distribution,
+        /// its variance corrected for ties
+        wilcoxon_exact: bool = raw.wilcoxon_exact != 0,
+        /// true: differences of one size share the mean of their ranks
+        wilcoxon_tied: bool = raw.wilcoxon_tied != 0,
+        /** objects in which A is better; 0 unpaired */ wins_a: u64 = raw.wins_a,
+        /** objects in which B is better */ wins_b: u64 = raw.wins_b,
+        /** objects with equal scores */ ties: u64 = raw.ties,
+        /// views of the objects of both in which A is better, where per_image.csv beside both per_object.csv tells
+        /// their scores; else 0, as unpaired
+        image_wins_a: u64 = raw.image_wins_a,
+        /** views in which B is better */ image_wins_b: u64 = raw.image_wins_b,
+        /** views with equal scores */ image_ties: u64 = raw.image_ties,
     }
 }
 
