@@ -12,12 +12,12 @@ constexpr const char* kList = "opt.stages";
 constexpr const char* kSum = "opt.iterations";
 
 /// Keys of a stage that are no weights of terms of the loss.
-constexpr const char* kKeys[] = {kSum, "opt.batch_size", "opt.base_lr", "opt.loss",
-                                 "opt.target_resolution"};
+constexpr const char* kOfStage[] = {kSum, "opt.batch_size", "opt.base_lr", "opt.loss",
+                                    "opt.target_resolution"};
 
 std::vector<const Key*> keys_of_stage() {
     std::vector<const Key*> keys;
-    for (const char* name : kKeys) keys.push_back(&key_of(name));
+    for (const char* name : kOfStage) keys.push_back(&key_of(name));
     for (const LossTerm& term : kLossTerms) keys.push_back(&key_of(term.key));
     return keys;
 }
