@@ -30,8 +30,9 @@ std::string name_in(std::size_t stage, const Key& key) {
 std::size_t stages_in(const Config& config) {
     std::size_t count = 0;
     const auto has = [&](const std::string& stage) {
+        const std::string below = stage + ".";
         return std::ranges::any_of(config.entries(), [&](const ConfigEntry& entry) {
-            return entry.key == stage || entry.key.starts_with(stage + ".");
+            return entry.key == stage || entry.key.starts_with(below);
         });
     };
     while (count <= kMostStages && has(format("%s.%zu", kList, count))) ++count;
@@ -140,7 +141,8 @@ std::vector<ConfigEntry> stage_entries(const TrainConfig& c) {
 
 std::string stages_text(const Config& config) {
     std::string text;
-    for (std::size_t i = 0; i < stages_in(config); ++i) {
+    const std::size_t count = stages_in(config);
+    for (std::size_t i = 0; i < count; ++i) {
         std::string stage;
         for (const ConfigEntry& entry : values_of(config, i).entries())
             stage += (stage.empty() ? "" : ", ") + entry.key.substr(entry.key.find('.') + 1) +
@@ -153,7 +155,9 @@ std::string stages_text(const Config& config) {
 Config without_stages(const Config& base, const Config& changes) {
     const std::string below = std::string(kList) + ".";
     const bool replaced = changes.find(kList) != nullptr;
-    const bool changed = replaced || stages_in(changes) > 0;
+    const bool changed = replaced || std::ranges::any_of(changes.entries(), [&](auto& entry) {
+                             return entry.key.starts_with(below);
+                         });
     Config kept(base.what());
     for (const ConfigEntry& entry : base.entries())
         if (!(replaced && entry.key.starts_with(below)) && !(changed && entry.key == kSum))

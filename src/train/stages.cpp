@@ -7,6 +7,12 @@
 #include "train/splatter_training.h"
 
 namespace splat::train {
+namespace {
+
+/// Of a state's metadata: objects that batches had.
+constexpr const char* kObjectsKey = "objects";
+
+}  // namespace
 
 Status Trainer::enter(const config::TrainConfig& stage) {
     SPLAT_TRY(read());
@@ -24,7 +30,8 @@ Status Trainer::enter(const config::TrainConfig& stage) {
     gradients_.reset();
     for (auto* const lists : {&copy_in_, &copy_out_, &keep_, &join_, &note_losses_, &note_counts_})
         lists->clear();
-    entered_ = build_stage();
+    entered_ = check_cycle(model_->config());
+    if (entered_.ok()) entered_ = build_stage();
     if (entered_.ok()) entered_ = optimiser_->load(kept, steps_);
     return entered_;
 }
@@ -68,14 +75,12 @@ std::uint64_t SplatterTraining::objects_so_far() const {
     return first_batch_.object + (trainer_->attempts() - first_batch_.number) * each;
 }
 
-constexpr const char* kObjects = "objects";
-
 /// The state of a training with stages says also how many objects its batches had.
 void SplatterTraining::note_stages(io::WeightsFile& state) const {
     if (settings_.training.stages.empty()) return;
     for (auto& [name, text] : state.metadata)
         if (name == "config") text = config::merged_config_text(settings_);
-    state.metadata.emplace_back(kObjects, std::to_string(objects_so_far()));
+    state.metadata.emplace_back(kObjectsKey, std::to_string(objects_so_far()));
 }
 
 Status SplatterTraining::load_stages(const io::WeightsFile& state) {
@@ -84,7 +89,7 @@ Status SplatterTraining::load_stages(const io::WeightsFile& state) {
     for (const auto& [name, text] : state.metadata) {
         if (name == "step") steps = number_in<std::uint64_t>(text);
         if (name == "attempts") attempts = number_in<std::uint64_t>(text);
-        if (name == kObjects) objects = number_in<std::uint64_t>(text);
+        if (name == kObjectsKey) objects = number_in<std::uint64_t>(text);
     }
     if (!steps || !attempts || !objects)
         return damaged(

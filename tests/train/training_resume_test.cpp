@@ -74,7 +74,7 @@ TEST_F(TrainingResume, GoesOnBitByBitInBothStages) {
 /// What a later stage lacks is found before the first step.
 TEST_F(TrainingResume, LooksAtAllStagesFirst) {
     EXPECT_ERROR(refusal(desc("run", {"opt.stages=[{iterations: 1}, {iterations: 1, lambda_lpips: "
-                                      "0.1}, {iterations: 1}]"})),
+                                      "0.1}, {iterations: 2}]"})),
                  Code::kInvalidArgument, "stage 1 of 'opt.stages': 'opt.lambda_lpips' is 0.1, but");
     EXPECT_FALSE(fs::exists(folder_ / "run"));
 }
