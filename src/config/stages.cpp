@@ -35,7 +35,7 @@ std::size_t stages_in(const Config& config) {
             return entry.key == stage || entry.key.starts_with(below);
         });
     };
-    while (count <= kMostStages && has(format("%s.%zu", kList, count))) ++count;
+    while (count < kMostStages && has(format("%s.%zu", kList, count))) ++count;
     return count;
 }
 
@@ -102,7 +102,7 @@ std::string stage_name(const std::string& what, std::size_t stage) {
 
 std::vector<std::string> stage_names(const Config& config) {
     std::vector<std::string> names;
-    const std::size_t count = std::min(stages_in(config), kMostStages);
+    const std::size_t count = stages_in(config);
     for (std::size_t i = 0; i < count; ++i)
         for (const Key* const key : keys_of_stage()) names.push_back(name_in(i, *key));
     return names;
@@ -112,9 +112,6 @@ Status read_stages(const Config& config, TrainConfig& c) {
     SPLAT_TRY(check_list(config));
     const std::size_t count = stages_in(config);
     if (count == 0) return {};
-    if (count > kMostStages)
-        return invalid("%s: '%s' has more than %zu stages", config.what().c_str(), kList,
-                       kMostStages);
     std::vector<TrainConfig> stages;
     std::uint64_t sum = 0;
     for (std::size_t i = 0; i < count; ++i) {

@@ -7,7 +7,7 @@
 
 namespace splat::config {
 
-/// Stages of one training; a bound on what a configuration may ask for.
+/// Most stages of a training; keys of further ones are unknown.
 inline constexpr std::size_t kMostStages = 100;
 
 /// "config.yaml: stage 0 of 'opt.stages'"
