@@ -16,8 +16,8 @@ std::string stage_name(const std::string& what, std::size_t stage);
 /// Names that the stages of a configuration may have: "opt.stages.0.base_lr".
 std::vector<std::string> stage_names(const Config& config);
 
-/// Read opt.stages, a list of maps of keys of opt. What a stage does not give it has from `c`, which the other keys have
-/// set; `c` gets the updates of all stages together.
+/// Read opt.stages, a list of maps of keys of opt. What a stage does not give, it has from `c`, which the other keys
+/// have set; `c` gets the updates of all stages together.
 ///
 /// Errors: kInvalidArgument, naming file and stage, for values that contradict each other or `c`.
 Status read_stages(const Config& config, TrainConfig& c);
