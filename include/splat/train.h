@@ -21,10 +21,10 @@ extern "C" {
 
 /* JSON array of all keys of a configuration, in the order of their sections: {"key", "type"
  * ("integer", "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list
- * of texts", or "any" of these), "range" (as text; the words of a choice; empty: any value of the
- * type), "default" (null: none), "origin" ("published": of Splatter Image or its fork with priors;
- * "ours"), "effect" (false: accepted, but without effect), "resumable" (true: a run may go on with
- * another value), "about" (one sentence)}.
+ * of texts", "list of maps", or "any" of these), "range" (as text; the words of a choice; empty:
+ * any value of the type), "default" (null: none), "origin" ("published": of Splatter Image or its
+ * fork with priors; "ours"), "effect" (false: accepted, but without effect), "resumable" (true: a
+ * run may go on with another value), "about" (one sentence)}.
  * Returns SPLAT_OK or SPLAT_INCOMPLETE. */
 SPLAT_API splat_result splat_config_keys(char* buffer, size_t capacity, size_t* needed);
 
@@ -244,7 +244,8 @@ typedef struct splat_trainer_desc {
 /* Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes to
  * the log.
  * Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but files
- *   of vectors are not needed. */
+ *   of vectors are not needed, and for opt.stages and opt.target_resolution, which only
+ *   splat_training_open takes. */
 SPLAT_API splat_result splat_trainer_create(splat_device device, const splat_trainer_desc* desc,
                                             splat_trainer* trainer);
 

@@ -4,6 +4,7 @@
 
 #include "config/category.h"
 #include "config/key_field.h"
+#include "config/stages.h"
 #include "core/json_writer.h"
 #include "core/shown.h"
 
@@ -183,6 +184,17 @@ Status check_training(const TrainConfig& c, const char* what) {
     return {};
 }
 
+Status check_targets(const TrainConfig& c, std::uint32_t resolution, const std::string& what) {
+    for (std::size_t i = 0; i < c.stages.size(); ++i)
+        SPLAT_TRY(check_targets(c.stages[i], resolution, stage_name(what, i)));
+    const std::uint32_t side = c.target_resolution;
+    if (side == 0 || resolution % side == 0) return {};
+    return invalid(
+        "%s: 'opt.target_resolution' is %u, expected a divisor of "
+        "data.training_resolution, %u",
+        what.c_str(), side, resolution);
+}
+
 /// Let go of those values of the configuration that `implied` has, too.
 void forget(const Config& base, const char* name, const Settings& implied, Config& changed) {
     const Key& key = key_of(name);
@@ -194,6 +206,7 @@ void forget(const Config& base, const char* name, const Settings& implied, Confi
 /// Where the changes name another category or head, let go of the values that only say what the old one implied, so
 /// that those of the new one hold.
 Status forget_implied(const Config& base, const Config& changes, Config& changed) {
+    changed = without_stages(base, changes);
     Settings implied;
     if (is_given(changes, "data.category")) {
         SPLAT_ASSIGN(const std::string category, category_of(base));
@@ -232,6 +245,9 @@ bool is_written(const Key& key, const Settings& settings) {
     if (key.field.write == nullptr || !is_written_with(network.network, key)) return false;
     if (std::string_view(key.name).starts_with("opt.cycle."))
         return settings.training.cycle_every > 0;
+    if (key.name == std::string_view("opt.stages")) return !settings.training.stages.empty();
+    if (key.name == std::string_view("opt.target_resolution"))
+        return settings.training.target_resolution != 0;
     if (key.name == std::string_view("model.named_resolution"))
         return network.named_resolution != 0;
     if (std::string_view(key.name).starts_with("model.head.")) return !is_default_head(network);
@@ -249,6 +265,7 @@ Status check_names(const Config& config) {
         if (sections.empty() || sections.back() != section_of(key))
             sections.push_back(section_of(key));
     }
+    for (std::string& name : stage_names(config)) names.push_back(std::move(name));
     std::vector<std::string> known = sections;
     known.insert(known.end(), std::begin(kForeignSections), std::end(kForeignSections));
     SPLAT_TRY(config.refuse_unknown_sections(known));
@@ -279,7 +296,10 @@ Result<TrainConfig> train_config(const Config& config) {
     SPLAT_ASSIGN(const std::string category, category_of(config));
     take_category_defaults(category, settings);
     SPLAT_TRY(read_part(config, Part::kTraining, settings));
+    SPLAT_TRY(read_stages(config, c));
     SPLAT_TRY(check_training(c, config.what().c_str()));
+    for (std::size_t i = 0; i < c.stages.size(); ++i)
+        SPLAT_TRY(check_training(c.stages[i], stage_name(config.what(), i).c_str()));
     return c;
 }
 
@@ -287,6 +307,7 @@ Result<Settings> settings_of(const Config& config) {
     Settings made;
     SPLAT_ASSIGN(made.network, model_config(config));
     SPLAT_ASSIGN(made.training, train_config(config));
+    SPLAT_TRY(check_targets(made.training, made.network.resolution, config.what()));
     return made;
 }
 
@@ -336,6 +357,8 @@ std::string merged_config_text(const Settings& settings) {
         ConfigEntry entry = key.field.write(key, settings);
         entry.key = key.name;
         merged.set(std::move(entry));
+        if (key.field.type != KeyType::kMaps) continue;
+        for (ConfigEntry& each : stage_entries(settings.training)) merged.set(std::move(each));
     }
     return config_json(merged);
 }

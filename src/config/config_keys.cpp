@@ -29,11 +29,11 @@ constexpr Condition kStepped{[](const Settings& s) {
                                         s.training.step_lr_at == 0;
                              },
                              "unless opt.lr_schedule is step"};
-constexpr Condition kLpips{[](const Settings& s) { return s.training.lpips_weight > 0; },
+constexpr Condition kLpips{[](const Settings& s) { return s.training.weighs(&T::lpips_weight); },
                            "while opt.lambda_lpips is 0"};
 constexpr Condition kSeldomRead{[](const Settings& s) { return !s.training.scale_terms; },
                                 "while opt.scale_terms is true: each step is read at once"};
-constexpr Condition kEdges{[](const Settings& s) { return s.training.edge_weight > 0; },
+constexpr Condition kEdges{[](const Settings& s) { return s.training.weighs(&T::edge_weight); },
                            "while opt.lambda_edge is 0"};
 constexpr Condition kCycle{[](const Settings& s) { return s.training.cycle_every > 0; },
                            "while opt.cycle.every is 0"};
@@ -91,6 +91,11 @@ constexpr Field kStepAt{
     [](const Key& key, const Settings& settings) {
         return write_field(key, settings.training.step_lr_at);
     }};
+
+/// opt.stages; the stages themselves are written by stage_entries().
+constexpr Field kStages{KeyType::kMaps, Part::kTraining, nullptr, [](const Key&, const Settings&) {
+                            return ConfigEntry{"", {}, true, false};
+                        }};
 
 /// opt.pretrained_hf: whether to fetch weights, or their name.
 constexpr Field kHub{KeyType::kAny, Part::kTraining,
@@ -355,6 +360,12 @@ constexpr Key kUpdateKeys[] = {
                    "Updates before LPIPS is part of the loss."}),
     where(kLpips, {"opt.lpips_weights", kTraining<&T::lpips_weights>, kAll, kOurs,
                    "Files of weights of VGG16 and of LPIPS."}),
+    {"opt.target_resolution", kTraining<&T::target_resolution>, Values{0, 4096}, kOurs,
+     "Pixels of the side of images that are compared, a divisor of data.training_resolution: "
+     "targets are means of their pixels; 0: all of them."},
+    {"opt.stages", kStages, kAll, kOurs,
+     "Parts of the training, one after another: maps of iterations and, where they differ from "
+     "opt, batch_size, base_lr, loss, target_resolution and the lambda_ of losses."},
     {"opt.scale_terms", kTraining<&T::scale_terms>, kAll, kOurs,
      "Hold scales between 1e-5 and 20; true for CO3D unless given."},
     {"opt.cycle.every", kTraining<&T::cycle_every>, kSteps, kOurs,
@@ -452,8 +463,8 @@ std::string default_text(const Key& key) {
 
 const char* type_name(KeyType type) {
     constexpr const char* kNames[] = {
-        "integer",          "number",          "boolean",       "text", "choice",
-        "list of integers", "list of numbers", "list of texts", "any"};
+        "integer",          "number",          "boolean",       "text",         "choice",
+        "list of integers", "list of numbers", "list of texts", "list of maps", "any"};
     return kNames[static_cast<int>(type)];
 }
 

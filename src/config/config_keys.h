@@ -27,7 +27,8 @@ enum class KeyType : int {
     kIntegers,
     kNumbers,
     kTexts,
-    kAny,  ///< several types, or not read
+    kMaps,  ///< read and written by config/stages.h
+    kAny,   ///< several types, or not read
 };
 
 /// How a key is read and written.

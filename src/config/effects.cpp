@@ -5,6 +5,7 @@
 #include "config/category.h"
 #include "config/config_file.h"
 #include "config/key_field.h"
+#include "config/stages.h"
 
 namespace splat::config {
 namespace {
@@ -119,9 +120,7 @@ void warn_of_missing_lists(const Config& config, const TrainConfig& c,
 }  // namespace
 
 Result<std::vector<std::string>> training_warnings(const Config& config, VectorsFrom vectors) {
-    Settings settings;
-    SPLAT_ASSIGN(settings.network, model_config(config));
-    SPLAT_ASSIGN(settings.training, train_config(config));
+    SPLAT_ASSIGN(const Settings settings, settings_of(config));
     SPLAT_TRY(refuse_hub(config));
     SPLAT_TRY(refuse_lone_adapters(config));
     if (vectors == VectorsFrom::kFiles) SPLAT_TRY(refuse_missing_vectors(config, settings));
@@ -138,8 +137,9 @@ Result<std::vector<std::string>> training_warnings(const Config& config, Vectors
 }
 
 std::string value_text(const Config& config, const std::string& key) {
-    if (const ConfigEntry* entry = config.find(key)) return config_value_text(*entry);
     const Key* known = find_key(key);
+    if (known != nullptr && known->field.type == KeyType::kMaps) return stages_text(config);
+    if (const ConfigEntry* entry = config.find(key)) return config_value_text(*entry);
     if (known == nullptr || known->field.write == nullptr) return "";
     return config_value_text(known->field.write(*known, Settings()));
 }

@@ -48,6 +48,8 @@ struct TrainConfig {
     std::vector<std::string> lpips_weights;  ///< files of VGG16 and of LPIPS, see model::LpipsNet
     bool scale_terms = false;                ///< CO3D: hold scales between 1e-5 and 20
     bool white_background = true;
+    std::uint32_t target_resolution =
+        0;  ///< pixels of the side of images that are compared; 0: the network's
 
     /// Each so many steps the inputs are views drawn of what the network predicts, see train/cycle.cpp. 0: none.
     std::uint64_t cycle_every = 0;
@@ -67,6 +69,9 @@ struct TrainConfig {
     std::uint32_t validation_objects = 0;  ///< 0: all
     std::uint32_t validation_views = 0;    ///< per object, spread over its views; 0: all
 
+    /// One after another, each with its own opt.stages' values and `iterations`; none: the whole training is one.
+    std::vector<TrainConfig> stages;
+
     std::string pretrained;  ///< weights to start from, a file or a folder; empty: none
 
     /// Where the data is, for the tools that read it; the trainer takes images.
@@ -80,6 +85,17 @@ struct TrainConfig {
 
     /// The learning rate of a step, counted from 1.
     [[nodiscard]] double rate(std::uint64_t step) const;
+
+    /// The stage of the update that follows so many.
+    [[nodiscard]] std::size_t stage_after(std::uint64_t updates) const;
+    /// Updates of this stage and those before it.
+    [[nodiscard]] std::uint64_t end_of(std::size_t stage) const;
+    /// Objects of the largest batch of all stages.
+    [[nodiscard]] std::uint32_t most_batch() const;
+    /// The settings while a stage lasts: the run's, with the stage's values.
+    [[nodiscard]] TrainConfig in_stage(std::size_t stage) const;
+    /// Whether some stage gives this term of the loss a weight.
+    [[nodiscard]] bool weighs(double TrainConfig::*weight) const;
 };
 
 inline std::vector<JsonScalar> edge_attributes(const TrainConfig& config) {

@@ -239,11 +239,11 @@ void write_entry(JsonWriter& json, const ConfigEntry& entry) {
     }
 }
 
-/// The members of the map whose keys start with `prefix`, which ends in a dot or is empty.
+/// The members of the map or list whose keys start with `prefix`, which ends in a dot or is empty.
 void write_map(JsonWriter& json, const std::vector<ConfigEntry>& entries, const std::string& prefix,
-               int indent) {
+               int indent, bool list = false) {
     std::vector<std::string> done;
-    json.begin_object();
+    list ? json.begin_array() : json.begin_object();
     for (const ConfigEntry& entry : entries) {
         if (!entry.key.starts_with(prefix)) continue;
         const std::string name =
@@ -253,9 +253,11 @@ void write_map(JsonWriter& json, const std::vector<ConfigEntry>& entries, const 
         const std::string inside = prefix + name + ".";
         const bool nested = std::ranges::any_of(
             entries, [&](const ConfigEntry& e) { return e.key.starts_with(inside); });
-        json.newline(indent + 2).key(name);
+        json.newline(indent + 2);
+        if (!list) json.key(name);
         if (nested)
-            write_map(json, entries, inside, indent + 2);
+            write_map(json, entries, inside, indent + 2,
+                      entry.key == prefix + name && entry.list && entry.values.empty());
         else
             write_entry(json, entry);
     }

@@ -90,7 +90,7 @@ Result<Config> read_config(std::string_view text, const std::string& what);
 std::string config_value_text(const ConfigEntry& entry);
 
 /// The table as a JSON object with nested maps, which read_json_config() reads back. Lists of lists and
-/// of maps become maps with indices as names.
+/// of maps that hold scalars besides become maps without these, with indices as names.
 std::string config_json(const Config& config);
 
 /// Edit distance: the fewest insertions, deletions and replacements of a letter that turn a

@@ -23,6 +23,7 @@ TrainBatch Batch::view() const {
     batch.focals = focals;
     batch.embedding = embedding;
     batch.tokens = tokens;
+    batch.targets = targets;
     batch.levels = levels;
     batch.cameras = cameras;
     return batch;
@@ -37,6 +38,9 @@ BatchSource::BatchSource(std::shared_ptr<const predict::ViewSource> data,
       count_(count == 0 ? objects_ : count),
       views_(settings.network.views),
       targets_(settings.training.targets),
+      shrink_(settings.training.target_resolution == 0
+                  ? 1
+                  : data_->resolution() / settings.training.target_resolution),
       seed_(seed),
       order_(data_->objects(), seed),
       focals_(settings.network.fov_degrees == 0) {}
@@ -53,7 +57,7 @@ Status BatchSource::check() const {
 Result<Batch> BatchSource::make(std::uint64_t n) const {
     Batch batch;
     for (std::uint32_t i = first_; i < first_ + count_; ++i)
-        SPLAT_TRY(add_object(n * objects_ + i, batch));
+        SPLAT_TRY(add_object(object_of(n) + i, batch));
     return batch;
 }
 
@@ -72,11 +76,35 @@ Status BatchSource::add_object(std::uint64_t position, Batch& batch) const {
     append(batch.embedding, views.embedding, views.embedding.size());
     append(batch.tokens, views.tokens, views.tokens.size());
     const std::size_t plane = views.levels.size() / numbers.size();
-    batch.levels.insert(batch.levels.end(),
-                        views.levels.begin() + static_cast<std::ptrdiff_t>(plane * views_),
-                        views.levels.end());
-    batch.cameras.insert(batch.cameras.end(), views.cameras.begin() + views_, views.cameras.end());
+    add_targets(std::span(views.levels).subspan(plane * views_),
+                std::span(views.cameras).subspan(views_), batch);
     return {};
+}
+
+void BatchSource::add_targets(std::span<const std::uint8_t> levels,
+                              std::span<const scene::Camera> cameras, Batch& batch) const {
+    const std::size_t first = batch.cameras.size();
+    batch.cameras.insert(batch.cameras.end(), cameras.begin(), cameras.end());
+    if (shrink_ == 1) {
+        batch.levels.insert(batch.levels.end(), levels.begin(), levels.end());
+        return;
+    }
+    for (scene::Camera& camera : std::span(batch.cameras).subspan(first)) {
+        camera.width /= shrink_;
+        camera.height /= shrink_;
+        for (double* const length : {&camera.fx, &camera.fy, &camera.cx, &camera.cy})
+            *length /= shrink_;
+    }
+    const std::size_t side = data_->resolution();
+    const std::size_t rows = levels.size() / side;
+    const auto area = static_cast<float>(255 * shrink_ * shrink_);
+    for (std::size_t row = 0; row < rows; row += shrink_)
+        for (std::size_t column = 0; column < side; column += shrink_) {
+            std::uint32_t sum = 0;
+            for (std::size_t i = 0; i < std::size_t{shrink_} * shrink_; ++i)
+                sum += levels[(row + i / shrink_) * side + column + i % shrink_];
+            batch.targets.push_back(static_cast<float>(sum) / area);
+        }
 }
 
 void PrefetchEnd::operator()(Prefetch* prefetch) const {

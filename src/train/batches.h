@@ -20,6 +20,7 @@ namespace splat::train {
 /// The arrays of one TrainBatch.
 struct Batch {
     std::vector<float> images, view_to_world, quaternions, focals, embedding, tokens;
+    std::vector<float> targets;  ///< where opt.target_resolution is not the network's; else levels
     std::vector<std::uint8_t> levels;
     std::vector<scene::Camera> cameras;
 
@@ -34,6 +35,15 @@ class BatchSource {
     BatchSource(std::shared_ptr<const predict::ViewSource> data, const config::Settings& settings,
                 std::uint64_t seed, std::uint32_t first = 0, std::uint32_t count = 0);
 
+    /// Let batch `n` begin with this object of the sequence of all, of which batch 0 otherwise has the first.
+    void begin_at(std::uint64_t n, std::uint64_t object) {
+        begin_ = n;
+        begin_object_ = object;
+    }
+    [[nodiscard]] std::uint64_t object_of(std::uint64_t n) const {
+        return begin_object_ + (n - begin_) * objects_;
+    }
+
     /// Errors: kFormat, naming an object with too few views.
     [[nodiscard]] Status check() const;
 
@@ -42,13 +52,17 @@ class BatchSource {
 
   private:
     Status add_object(std::uint64_t position, Batch& batch) const;
+    void add_targets(std::span<const std::uint8_t> levels, std::span<const scene::Camera> cameras,
+                     Batch& batch) const;
 
     std::shared_ptr<const predict::ViewSource> data_;
     std::uint32_t objects_;        ///< per batch
     std::uint32_t first_, count_;  ///< the objects to make
     std::uint32_t views_;          ///< input images of each
     std::uint32_t targets_;        ///< images to render, the input images first
+    std::uint32_t shrink_;         ///< pixels of an image for one of a target, on a side
     std::uint64_t seed_;
+    std::uint64_t begin_ = 0, begin_object_ = 0;  ///< see begin_at()
     ObjectOrder order_;
     bool focals_;  ///< each view has its own
 };

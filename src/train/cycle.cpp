@@ -24,6 +24,7 @@ Status Trainer::check_cycle(const model::ModelConfig& network) const {
             "the network does not take one picture of colours and mask, and depths for its head "
             "(model.head f3d, data.use_mask true), which drawn views have");
     if (config_.scale_terms) return refuse("opt.scale_terms is true");
+    if (config_.target_resolution != 0) return refuse("opt.target_resolution is not 0");
     if (config_.targets < 2) return refuse("opt.imgs_per_obj is 1, the input view alone");
     return {};
 }

@@ -24,9 +24,11 @@ SplatterTraining::~SplatterTraining() {
 
 Status SplatterTraining::step(std::uint64_t most, std::deque<run::Step>& done) {
     const config::TrainConfig& config = settings_.training;
-    const std::uint64_t count =
-        std::min<std::uint64_t>(most, config.scale_terms ? 1 : config.read_every);
     Status status;
+    if (trainer_->attempts() == told_) status = enter_next();
+    std::uint64_t count = std::min<std::uint64_t>(most, config.scale_terms ? 1 : config.read_every);
+    if (stage_ + 1 < config.stages.size())
+        count = std::min(count, config.end_of(stage_) - trainer_->steps());
     if (trainer_->attempts() == told_)  // else a call that failed left steps to be read
         for (std::uint64_t i = 1; status.ok() && i <= count; ++i) status = attempt(i == count);
     if (trainer_->unread() > 0) {
@@ -76,7 +78,8 @@ run::Step SplatterTraining::step_of(const TrainStep& done) const {
         step.numbers.push_back({"exchange_bytes", static_cast<double>(done.exchange_bytes)});
         step.numbers.push_back({"exchange_ms", 1e3 * done.exchange_seconds});
     }
-    const config::TrainConfig& c = settings_.training;
+    const config::TrainConfig& c = trainer_->config();
+    if (!c.stages.empty()) step.numbers.push_back({"stage", static_cast<double>(stage_)});
     for (const LossTerm& term : kLossTerms)
         if (c.*term.weight > 0 && (term.op != nullptr || done.step > c.lpips_after))
             step.terms.push_back({term.name, done.loss.of(term.name)});
@@ -132,7 +135,9 @@ run::Validation SplatterTraining::validation() const {
 }
 
 Result<io::WeightsFile> SplatterTraining::state() {
-    return context_->mutex.call([&] { return trainer_->checkpoint(); });
+    auto made = context_->mutex.call([&] { return trainer_->checkpoint(); });
+    if (made.ok()) note_stages(made.value());
+    return made;
 }
 
 Result<std::vector<run::NamedWeights>> SplatterTraining::results() {

@@ -84,6 +84,16 @@ class SplatterTraining : public run::Task {
     /// Do a step with the next batch.
     Status attempt(bool read);
     [[nodiscard]] run::Step step_of(const TrainStep& done) const;
+    Status open_batches(bool check);
+
+    // stages.cpp
+    Status try_stages();
+    Status enter(std::size_t stage);
+    Status enter_next();
+    /// Objects that the batches so far had.
+    [[nodiscard]] std::uint64_t objects_so_far() const;
+    void note_stages(io::WeightsFile& state) const;
+    Status load_stages(const io::WeightsFile& state);
 
     std::shared_ptr<vk::Context> context_;
     TrainingDesc desc_;
@@ -93,6 +103,11 @@ class SplatterTraining : public run::Task {
     std::shared_ptr<Trainer> trainer_;
     std::unique_ptr<predict::Predictor> predictor_;  ///< for validation; made when first needed
     PrefetchPointer batches_;
+    std::size_t stage_ = 0;
+    /// The first batch of the stage or the session, see BatchSource::begin_at().
+    struct {
+        std::uint64_t number = 0, object = 0;
+    } first_batch_;
     std::uint64_t told_ = 0;                  ///< attempts that step() gave
     std::deque<std::uint64_t> peaks_;         ///< peak_bytes() of those that follow
     std::vector<eval::ObjectScores> scores_;  ///< scores of the validation that goes on

@@ -82,17 +82,20 @@ Result<run::Plan> SplatterTraining::prepare(const run::ReadText* config, run::Me
     SPLAT_TRY(configure(config, messages));
     SPLAT_TRY(open_data(messages));
     SPLAT_TRY(warn_of_cameras(messages));
+    const config::TrainConfig& c = settings_.training;
+    const std::size_t last = c.stages.empty() ? 0 : c.stages.size() - 1;
     auto made = context_->mutex.call([&]() -> Result<std::unique_ptr<Trainer>> {
         SPLAT_TRY(context_->device().alive());
-        return Trainer::create(*context_, settings_.network, settings_.training, group());
+        return Trainer::create(*context_, settings_.network, c.in_stage(last), group());
     });
     SPLAT_ASSIGN(trainer_, std::move(made));
+    stage_ = last;
+    SPLAT_TRY(try_stages());
     if (!desc_.init.empty()) {
         std::error_code failed;
         const auto whole = std::filesystem::absolute(os::path_of(desc_.init), failed);
         start_ = {failed ? desc_.init : os::text_of(whole), desc_.init_options};
     }
-    const config::TrainConfig& c = settings_.training;
     run::Plan plan;
     plan.config = config::merged_config_text(settings_);
     plan.iterations = c.iterations;
@@ -279,6 +282,7 @@ Status SplatterTraining::compare(const JsonTree& run_json, run::Messages& messag
 }
 
 Status SplatterTraining::load(const io::WeightsFile& state) {
+    SPLAT_TRY(load_stages(state));
     SPLAT_TRY(context_->mutex.call([&] { return trainer_->resume(state); }));
     told_ = trainer_->attempts();
     peaks_.clear();
@@ -298,9 +302,15 @@ Status SplatterTraining::check_batches(const BatchSource& source) const {
 }
 
 Status SplatterTraining::begin() {
-    BatchSource source(data_, settings_, settings_.training.seed, trainer_->first_object(),
+    return open_batches(true);
+}
+
+Status SplatterTraining::open_batches(bool check) {
+    config::Settings stage{settings_.network, trainer_->config()};
+    BatchSource source(data_, stage, stage.training.seed, trainer_->first_object(),
                        trainer_->objects());
-    SPLAT_TRY(check_batches(source));
+    source.begin_at(first_batch_.number, first_batch_.object);
+    if (check) SPLAT_TRY(check_batches(source));
     const bool cpu = context_->device().info().kind == vk::DeviceKind::kCpu;
     SPLAT_ASSIGN(batches_,
                  Prefetch::create(std::move(source), loader_threads(settings_.training, cpu)));

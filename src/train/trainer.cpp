@@ -74,21 +74,24 @@ Result<vk::CommandList> copy_of_set(vk::Context& context, const gaussians::SetVi
     return recorder.finish();
 }
 
-Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
-                                                 const model::ModelConfig& network,
-                                                 const config::TrainConfig& config,
-                                                 run::Group* group) {
+Status Trainer::check_stage(const config::TrainConfig& config, run::Group* group) {
     if (config.schedule == config::Schedule::kStep && config.step_lr_at == 0)
         return invalid("'opt.step_lr_at' is 0, expected at least 1 where opt.lr_schedule is step");
     if (group != nullptr && config.batch_size % (group->count() * config.micro_batch) != 0)
         return invalid(
             "'opt.batch_size' is %u, expected a multiple of ranks times opt.micro_batch, %u x %u",
             config.batch_size, group->count(), config.micro_batch);
+    return {};
+}
+
+Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
+                                                 const model::ModelConfig& network,
+                                                 const config::TrainConfig& config,
+                                                 run::Group* group) {
+    SPLAT_TRY(check_stage(config, group));
     std::unique_ptr<Trainer> self(new Trainer(context, config, group));
     SPLAT_TRY(self->check_cycle(network));
     SPLAT_TRY(self->build(network));
-    SPLAT_TRY(self->build_optimiser());
-    self->batch_ = vk::Batch(std::clamp(self->lists_of_a_step(), kLeastLists, kMostLists));
     return self;
 }
 
@@ -110,13 +113,18 @@ Status Trainer::build(const model::ModelConfig& network) {
     options.build.training = true;
     options.build.precision = config_.precision;
     SPLAT_ASSIGN(model_, model::Model::create(context_, network, options));
+    return build_stage();
+}
+
+/// What depends on batches, losses and targets.
+Status Trainer::build_stage() {
     SPLAT_SET(gradients_, GradientSum::create(context_, model_->parameters(), passes(), group_,
                                               config_.scale_terms, model_->executor().parts()));
     raster::RasterDesc desc;  // one object's
-    desc.gaussians = network.gaussians();
+    desc.gaussians = model_->config().gaussians();
     desc.views = config_.targets;
-    desc.width = desc.height = network.resolution;
-    desc.sh_degree = network.sh_degree;
+    desc.width = desc.height = target_side();
+    desc.sh_degree = model_->config().sh_degree;
     desc.backward = true;
     const bool cycle = config_.cycle_every > 0;
     drawn_ = cycle ? 1 : objects_of_a_call(context_.device(), desc, config_.micro_batch);
@@ -129,16 +137,23 @@ Status Trainer::build(const model::ModelConfig& network) {
     SPLAT_ASSIGN(grad_depth_,
                  context_.memory().allocate(16, vk::MemoryKind::kDevice, "gradient of the depth"));
     SPLAT_TRY(context_.fill(grad_depth_.range(), 0));
+    SPLAT_TRY(build_loss(desc));
+    SPLAT_TRY(build_copies(desc, call));
+    SPLAT_TRY(build_optimiser());
+    batch_ = vk::Batch(std::clamp(lists_of_a_step(), kLeastLists, kMostLists));
+    return {};
+}
 
+Status Trainer::build_loss(const raster::RasterDesc& object) {
     RenderLossDesc loss;
     loss.objects = drawn_;
-    loss.views = desc.views;
-    loss.height = loss.width = network.resolution;
+    loss.views = object.views;
+    loss.height = loss.width = object.width;
     loss.image = rasterizer_->workspace().image.range();
     loss.grad_image = grad_image_.range();
     loss.config = config_;
     loss.pixel_weights = config_.edge_weight > 0 && config_.edge_by_size;
-    if (loss.pixel_weights) SPLAT_SET(sizes_, SizeMap::create(context_, desc));
+    if (loss.pixel_weights) SPLAT_SET(sizes_, SizeMap::create(context_, object));
     std::vector<io::WeightsFile> files;
     std::vector<const io::NamedTensors*> lpips;
     if (config_.lpips_weight > 0) {
@@ -157,15 +172,18 @@ Status Trainer::build(const model::ModelConfig& network) {
     }
     SPLAT_ASSIGN(RenderLoss made, RenderLoss::create(context_, loss));
     loss_ = std::make_unique<RenderLoss>(std::move(made));
+    return {};
+}
 
-    if (config_.micro_batch == drawn_ && !cycle) return {};
+Status Trainer::build_copies(const raster::RasterDesc& object, const raster::RasterDesc& call) {
+    if (config_.micro_batch == drawn_ && config_.cycle_every == 0) return {};
     // The rasterizer's lists name one set, and recording them costs more than copying.
     SPLAT_ASSIGN(scene_, gaussians::allocate_set(context_, call));
     SPLAT_ASSIGN(grad_scene_, gaussians::allocate_set(context_, call));
     for (std::uint32_t slot = 0; slot < config_.micro_batch; slot += drawn_) {
         const auto part = [&](bool gradients) {
-            return gaussians::part(call, model_->sets(gradients), slot * desc.gaussians,
-                                   drawn_ * desc.gaussians);
+            return gaussians::part(call, model_->sets(gradients), slot * object.gaussians,
+                                   drawn_ * object.gaussians);
         };
         SPLAT_ASSIGN(vk::CommandList in, copy_of_set(context_, part(false), predicted(scene_)));
         SPLAT_ASSIGN(vk::CommandList out,
@@ -173,7 +191,7 @@ Status Trainer::build(const model::ModelConfig& network) {
         copy_in_.push_back(std::move(in));
         copy_out_.push_back(std::move(out));
     }
-    return build_cycle(desc);
+    return build_cycle(object);
 }
 
 gaussians::SetViews Trainer::predicted(const gaussians::GaussianSet& set) const {
@@ -226,8 +244,9 @@ Status Trainer::check(const TrainBatch& batch) const {
     SPLAT_TRY(expect("images", batch.images.size(), inputs * c.input_channels() * pixels));
     SPLAT_TRY(expect("view_to_world", batch.view_to_world.size(), inputs * 16));
     SPLAT_TRY(expect("quaternions", batch.quaternions.size(), inputs * 4));
+    const std::size_t side = target_side();
     SPLAT_TRY(expect("targets", batch.levels.empty() ? batch.targets.size() : batch.levels.size(),
-                     targets * 3 * pixels));
+                     targets * 3 * side * side));
     if (batch.cameras.size() != targets)
         return error(Code::kShape, "training batch: %zu cameras, expected %zu",
                      batch.cameras.size(), targets);
@@ -263,6 +282,7 @@ Status Trainer::step(const TrainBatch& batch, bool read_it) {
 
 /// Check the batch, and read what must be known before its step.
 Status Trainer::prepare(const TrainBatch& batch) {
+    SPLAT_TRY(entered_);
     SPLAT_TRY(check(batch));
     const std::uint64_t most =
         steps_ + unread();  // updates, if none of the unread steps was skipped
@@ -300,6 +320,7 @@ Optimiser::Use Trainer::taking() {
 }
 
 Status Trainer::read() {
+    SPLAT_TRY(entered_);
     return optimiser_->read(taking());
 }
 
@@ -355,7 +376,8 @@ Status Trainer::set_input(const TrainBatch& batch, std::uint32_t first, TrainSte
     input.tokens = part_of(batch.tokens, all, first, objects);
     input.seed = config_.seed;
     // A distinct number for each pass of any rank; dropout depends on it.
-    input.step = static_cast<std::uint32_t>(attempts_ * passes() + first_pass() + first / objects);
+    const std::uint64_t most = config_.most_batch() / config_.micro_batch;
+    input.step = static_cast<std::uint32_t>(attempts_ * most + first_pass() + first / objects);
     return model_->set_input(input);
 }
 

@@ -17,43 +17,13 @@
 #include "train/render_loss.h"
 #include "train/scale_terms.h"
 #include "train/size_map.h"
+#include "train/train_step.h"
 
 namespace splat::train {
 
 /// Commands that copy a set, or its gradients, to another of the same size.
 Result<vk::CommandList> copy_of_set(vk::Context& context, const gaussians::SetViews& from,
                                     const gaussians::SetViews& to);
-
-/// The images of one step, in host memory: B = Trainer::objects() objects with V input views and T target views
-/// each, R x R pixels. Cameras are relative to the object's first input view.
-struct TrainBatch {
-    std::span<const float> images;         ///< [B*V, input channels, R, R]
-    std::span<const float> view_to_world;  ///< [B*V, 4, 4] row vectors
-    std::span<const float> quaternions;    ///< [B*V, 4] w x y z
-    std::span<const float> focals;         ///< [B*V, 2] pixels, or empty
-    std::span<const float> embedding;      ///< [B*V, length], or empty
-    std::span<const float> tokens;         ///< [B*V, token_dim, tokens], or empty
-    std::span<const float> targets;        ///< [B*T, 3, R, R]
-    std::span<const std::uint8_t> levels;  ///< if not empty, in place of targets: 255 of them is 1
-    std::span<const scene::Camera> cameras;  ///< B*T
-};
-
-struct TrainStep {
-    std::uint64_t step = 0;        ///< updates done
-    LossTerms loss;                ///< means over the batch
-    bool skipped = false;          ///< loss or gradients were not finite: nothing was updated
-    std::uint64_t pairs = 0;       ///< (tile, Gaussian) pairs of all targets
-    std::uint64_t visible = 0;     ///< (Gaussian, target) that reach a tile
-    std::uint64_t culled = 0;      ///< (Gaussian, target) that do not
-    std::uint64_t non_finite = 0;  ///< numbers that the network gave which are NaN or infinite
-    bool gradients_zero = false;   ///< gradients of all parameters are zero, to the last bit
-    double rate = 0;               ///< learning rate of this update, or of the one that was skipped
-    double network_seconds = 0, render_seconds = 0,
-           update_seconds = 0;         ///< on this rank, as the following
-    std::uint64_t exchange_bytes = 0;  ///< bytes sent to other ranks
-    /// Time of exchange that the backward pass does not hide, with the wait for other ranks.
-    double exchange_seconds = 0;
-};
 
 /// Splatter Image's training: predict, render, compare, and back.
 ///
@@ -127,6 +97,10 @@ class Trainer {
         return last_;
     }
 
+    /// Go on with other settings of a stage, see TrainConfig::stages: batches, losses, targets and rate may differ.
+    /// Reads what is unread. An error leaves a trainer whose steps fail.
+    Status enter(const config::TrainConfig& stage);
+
     /// The averaged weights as a state dict, or the current ones without averaging.
     Result<io::NamedTensors> averaged_state();
 
@@ -145,6 +119,15 @@ class Trainer {
           group_(group != nullptr && group->count() > 1 ? group : nullptr),
           objects_(config.batch_size / (group_ == nullptr ? 1 : group_->count())) {}
     Status build(const model::ModelConfig& network);
+    Status build_stage();
+    Status build_copies(const raster::RasterDesc& object, const raster::RasterDesc& call);
+    Status build_loss(const raster::RasterDesc& object);
+    static Status check_stage(const config::TrainConfig& config, run::Group* group);
+    /// Pixels of the side of targets.
+    [[nodiscard]] std::uint32_t target_side() const {
+        const std::uint32_t asked = config_.target_resolution;
+        return asked == 0 ? model_->config().resolution : asked;
+    }
     Status build_optimiser();
     Status check(const TrainBatch& batch) const;
     /// A step that ran, without what only the device knows.
@@ -228,6 +211,7 @@ class Trainer {
     std::unique_ptr<RenderLoss> loss_;
     std::optional<SizeMap> sizes_;               ///< where edges are weighed by size
     std::uint32_t drawn_ = 1;                    ///< objects of a rasterizer call
+    Status entered_;                             ///< of the latest enter()
     gaussians::GaussianSet scene_, grad_scene_;  ///< a call's, in passes of several calls
     /// Cycles: a drawer of views; what is predicted first, of all objects; lists that copy it there, and to scene_.
     std::unique_ptr<raster::Rasterizer> drawer_;

@@ -92,7 +92,7 @@ TEST(ConfigKeys, RefuseOtherTypes) {
     const std::pair<KeyType, const char*> wrong[] = {
         {KeyType::kInteger, "1.5"}, {KeyType::kNumber, "fast"},    {KeyType::kBoolean, "3"},
         {KeyType::kText, "[a]"},    {KeyType::kChoice, "nothing"}, {KeyType::kIntegers, "[1.5]"},
-        {KeyType::kNumbers, "[a]"}, {KeyType::kTexts, "[1]"},
+        {KeyType::kNumbers, "[a]"}, {KeyType::kTexts, "[1]"},      {KeyType::kMaps, "[1]"},
     };
     for (const Key& key : config::all_keys())
         for (const auto& [type, value] : wrong) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "config/config_file.h"
+#include "config/effects.h"
 #include "support/expect_status.h"
 
 namespace splat::test {
@@ -95,6 +96,96 @@ TEST(TrainConfigRules, ReplacesValues) {
     const std::string wrong[] = {"opt.base_lr"};
     EXPECT_ERROR(config::with_values(config, wrong), Code::kInvalidArgument,
                  "'opt.base_lr' is not of the form key=value");
+}
+
+constexpr const char* kTwoStages =
+    "opt: {batch_size: 4, base_lr: 1e-3, loss: l1, stages: [{iterations: 3, target_resolution: "
+    "16},\n"
+    "  {iterations: 2, batch_size: 2, base_lr: 1e-4, loss: l2, lambda_ssim: 0.2}]}";
+
+TEST(TrainConfigStages, AreMapsOfOtherKeys) {
+    const auto config = need(read_yaml_config(kTwoStages, "test.yaml"));
+    const auto settings = need(config::settings_of(config));
+    const TrainConfig& c = settings.training;
+    ASSERT_EQ(c.stages.size(), 2U);
+    EXPECT_EQ(c.iterations, 5U);
+    EXPECT_EQ(c.most_batch(), 4U);
+    const std::size_t stages[] = {0, 0, 0, 1, 1, 1};
+    for (std::uint64_t updates = 0; updates < std::size(stages); ++updates)
+        EXPECT_EQ(c.stage_after(updates), stages[updates]) << updates;
+    EXPECT_EQ(c.end_of(0), 3U);
+    EXPECT_EQ(c.end_of(1), 5U);
+    const TrainConfig first = c.in_stage(0), second = c.in_stage(1);
+    EXPECT_EQ(first.iterations, 5U) << "those of the run, which schedules depend on";
+    EXPECT_EQ(first.batch_size, 4U) << "that of opt";
+    EXPECT_EQ(first.target_resolution, 16U);
+    EXPECT_EQ(first.rate(1), 1e-3);
+    EXPECT_EQ(second.rate(4), 1e-4);
+    EXPECT_EQ(second.batch_size, 2U);
+    EXPECT_EQ(second.pixel_loss, config::PixelLoss::kL2);
+    EXPECT_EQ(second.target_resolution, 0U);
+    EXPECT_TRUE(c.weighs(&TrainConfig::ssim_weight));
+    EXPECT_FALSE(c.weighs(&TrainConfig::edge_weight));
+
+    const std::string text = config::merged_config_text(settings);
+    const auto again = need(config::settings_of(need(read_json_config(text, "merged"))));
+    EXPECT_EQ(config::merged_config_text(again), text);
+    EXPECT_EQ(again.training.stages.size(), 2U);
+    EXPECT_EQ(config::merged_config_text({}).find("stages"), std::string::npos);
+    EXPECT_EQ(
+        config::value_text(need(read_json_config(text, "merged")), "opt.stages"),
+        "[{iterations: 3, batch_size: 4, base_lr: 0.001, loss: \"l1\", target_resolution: 16, "
+        "lambda_ssim: 0, lambda_edge: 0, lambda_lpips: 0}, {iterations: 2, batch_size: 2, "
+        "base_lr: 0.0001, loss: \"l2\", target_resolution: 0, lambda_ssim: 0.2, lambda_edge: "
+        "0, lambda_lpips: 0}]");
+}
+
+TEST(TrainConfigStages, AreReplacedAsAWhole) {
+    const auto merged = need(read_json_config(
+        config::merged_config_text(
+            need(config::settings_of(need(read_yaml_config(kTwoStages, "test.yaml"))))),
+        "merged"));
+    const auto changed = [&](std::vector<std::string> texts) {
+        return need(config::train_config(need(config::with_values(merged, texts))));
+    };
+    const TrainConfig one = changed({"opt.stages=[{iterations: 7}]"});
+    EXPECT_EQ(one.stages.size(), 1U);
+    EXPECT_EQ(one.iterations, 7U);
+    EXPECT_EQ(one.in_stage(0).ssim_weight, 0);
+    const TrainConfig longer = changed({"opt.stages.1.iterations=9"});
+    EXPECT_EQ(longer.iterations, 12U);
+    EXPECT_EQ(longer.in_stage(1).ssim_weight, 0.2);
+    const TrainConfig none = changed({"opt.stages=[]", "opt.iterations=4"});
+    EXPECT_TRUE(none.stages.empty());
+    EXPECT_EQ(none.iterations, 4U);
+}
+
+TEST(TrainConfigStages, RefuseWhatContradicts) {
+    const std::pair<const char*, const char*> cases[] = {
+        {"stages: 3", "'opt.stages' is 3, expected a list of maps"},
+        {"stages: [{base_lr: 1e-4}]", "stage 0 of 'opt.stages' has no 'iterations'"},
+        {"stages: [{iterations: 0}]", "stage 0 of 'opt.stages' has 0 iterations"},
+        {"stages: [{iterations: 2, rate: 1}]", "there is no key 'opt.stages.0.rate'"},
+        {"stages: [{iterations: 2, betas: [0, 0]}]", "there is no key 'opt.stages.0.betas'"},
+        {"iterations: 9, stages: [{iterations: 2}, {iterations: 3}]",
+         "'opt.iterations' is 9, but the stages of 'opt.stages' have 5 updates in all"},
+        {"start_lpips_after: 2, lambda_lpips: 0.1, stages: [{iterations: 2}]",
+         "both 'opt.stages' and 'opt.start_lpips_after' are given"},
+        {"lr_schedule: step, step_lr_at: 3, stages: [{iterations: 2, base_lr: 1}]",
+         "stage 0 of 'opt.stages' has the rate 1, but 'opt.lr_schedule' is step"},
+        {"stages: [{iterations: 2}, {iterations: 2, loss: l3}]",
+         "stage 1 of 'opt.stages': 'opt.loss' is 'l3'"},
+        {"stages: [{iterations: 2}, {iterations: 2, lambda_ssim: 0.7, lambda_lpips: 0.7}]",
+         "stage 1 of 'opt.stages': 'opt.lambda_ssim' and 'opt.lambda_lpips' are 0.7 and 0.7"},
+        {"micro_batch: 4, stages: [{iterations: 2}, {iterations: 2, batch_size: 6}]",
+         "stage 1 of 'opt.stages': 'opt.micro_batch' is 4, expected a divisor"},
+        {"stages: [{iterations: 2, target_resolution: 48}]",
+         "stage 0 of 'opt.stages': 'opt.target_resolution' is 48, expected a divisor of "
+         "data.training_resolution, 128"}};
+    for (const auto& [keys, says] : cases) {
+        const auto config = need(read_yaml_config(std::string("opt: {") + keys + "}", "test.yaml"));
+        EXPECT_ERROR(config::settings_of(config), Code::kInvalidArgument, says);
+    }
 }
 
 /// Published configurations have a weight of LPIPS but name no files; evaluations read them too.

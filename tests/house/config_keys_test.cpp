@@ -13,8 +13,10 @@ namespace {
 
 const std::string kSections = "(data|cam_embd|model|opt|logging|general)";
 
-/// A row, or a map of further keys.
-bool is_known(const std::string& name) {
+/// A row, or a map of further keys; in a stage, the row of the whole training.
+bool is_known(const std::string& named) {
+    static const std::regex stage(R"re(^opt\.stages\.[0-9]+\.)re");
+    const std::string name = std::regex_replace(named, stage, "opt.");
     for (const config::Key& key : config::all_keys())
         if (key.name == name || starts_with(key.name, name + ".")) return true;
     return false;
@@ -102,6 +104,7 @@ TEST(ConfigKeys, RuleFindsNamesWithoutARow) {
     };
     found("src/a.cpp", "\nread(\"opt.base_rate\");", "src/a.cpp:2: the key opt.base_rate");
     found("src/a.cpp", "\"lower 'opt.ema.betta'\"", "opt.ema.betta");
+    found("tools/x.sh", "vkrun train --set opt.stages.1.rate=1", "opt.stages.1.rate");
     found("README.md", "with `model.base_dims: 3`", "model.base_dims");
     found("tools/x.sh", "vkrun train --set logging.val=3", "logging.val");
     found("tests/a.cmake", "expect(\"no key 'opt.lr'\")", "opt.lr");
@@ -123,6 +126,7 @@ TEST(ConfigKeys, RuleAcceptsOthers) {
     good("tests/a.cmake", "--set opt.rl=1 expect(\"there is no key 'opt.rl'\")");
     good("tools/a.cpp", "const Json& opt = config.at(\"opt\"); opt.at(\"eps\"); data.at(\"x\")");
     good("tools/x.yaml", "opt: {base_lr: 1}\nhydra: {x: 1}");
+    good("tools/x.sh", "--set opt.stages.1.base_lr=1");
     good("tests/core/config_test.cpp", "\"opt.anything\"");
     good("bindings/rust/splat/tests/training.rs", "\"opt.anything\"");
 }

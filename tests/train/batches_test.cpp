@@ -161,6 +161,37 @@ TEST_F(BatchesTest, TooFewViewsAreRefused) {
                  "has 3 views, expected at least 4");
 }
 
+/// Means of 2 x 2 pixels, seen by the same camera with half as many.
+TEST_F(BatchesTest, TargetsMayBeSmaller) {
+    const Batch whole = need(BatchSource(data(), settings_, kSeed).make(3));
+    const std::uint32_t side = desc_.resolution / 2;
+    settings_.training.target_resolution = side;
+    const Batch half = need(BatchSource(data(), settings_, kSeed).make(3));
+    EXPECT_EQ(half.images, whole.images);
+    EXPECT_TRUE(half.levels.empty());
+    ASSERT_EQ(half.targets.size(), whole.levels.size() / 4);
+    for (std::size_t i = 0; i < half.targets.size(); ++i) {
+        const std::size_t at = i / side * 4 * side + i % side * 2;
+        int sum = 0;
+        for (const std::size_t next : {0U, 1U, 2 * side, 2 * side + 1})
+            sum += whole.levels[at + next];
+        ASSERT_NEAR(half.targets[i], sum / 1020.0, 1e-7) << i;
+    }
+    ASSERT_EQ(half.cameras.size(), whole.cameras.size());
+    EXPECT_EQ(half.cameras[1].width, side);
+    EXPECT_EQ(half.cameras[1].fx, whole.cameras[1].fx / 2);
+    EXPECT_EQ(half.cameras[1].cy, whole.cameras[1].cy / 2);
+    EXPECT_EQ(half.cameras[1].world_to_camera, whole.cameras[1].world_to_camera);
+}
+
+/// A stage with other batches goes on in the sequence of objects where the one before it ended.
+TEST_F(BatchesTest, BeginWhereOthersEnded) {
+    BatchSource source(data(), settings_, kSeed);
+    source.begin_at(5, 8);
+    EXPECT_EQ(source.object_of(7), 10U);
+    expect_equal(need(source.make(7)), need(BatchSource(data(), settings_, kSeed).make(10)));
+}
+
 TEST_F(BatchesTest, ALargerBatchHoldsTheObjectsInTurn) {
     settings_.training.batch_size = 2;
     const BatchSource pairs(data(), settings_, kSeed);

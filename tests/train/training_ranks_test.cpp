@@ -91,6 +91,19 @@ TEST_F(TrainingRanks, GoOnWithAnotherNumberOfRanks) {
     expect_equal_weights("whole", "parts");
 }
 
+TEST_F(TrainingRanks, GoThroughStagesTogether) {
+    const std::vector<std::string> stages = {
+        "opt.stages=[{iterations: 2, batch_size: 4, target_resolution: 8}, {iterations: 2, "
+        "batch_size: 2, loss: l1}]"};
+    run(*open(desc("whole", stages)));
+    for (const Rank& rank : train(2, desc("parts", stages)))
+        EXPECT_EQ(rank.events.back().kind, EventKind::kDone) << rank.ended.message();
+    expect_equal_weights("whole", "parts");
+    for (const Rank& rank : train(4, desc("few", stages)))
+        EXPECT_ERROR(rank.opened, Code::kInvalidArgument,
+                     "'opt.batch_size' is 2, expected a multiple of ranks times opt.micro_batch");
+}
+
 TEST_F(TrainingRanks, ACancelledCallEndsAll) {
     const auto ranks =
         train(2, desc("parts", batches_of_4()), [](std::uint32_t number, Rank& rank) {

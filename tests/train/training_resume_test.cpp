@@ -27,6 +27,58 @@ TEST_F(TrainingResume, GoesOnBitByBitFromAnyPlace) {
     }
 }
 
+/// Batches, losses, rate and targets change after the second update.
+std::vector<std::string> two_stages() {
+    return {
+        "opt.micro_batch=1",
+        "opt.stages=[{iterations: 2, batch_size: 2, loss: l1, target_resolution: 8}, {iterations: "
+        "2, batch_size: 1, base_lr: 2e-3, lambda_edge: 0.1}]",
+        "opt.num_workers=2", "logging.ckpt_iterations=1"};
+}
+
+TEST_F(TrainingResume, GoesOnBitByBitInBothStages) {
+    const auto whole = run(*open(desc("whole", two_stages())));
+    std::vector<double> stages, rates;
+    for (const Event& event : whole)
+        if (event.kind == EventKind::kStep) {
+            stages.push_back(number_of(event, "stage"));
+            rates.push_back(number_of(event, "rate"));
+        }
+    EXPECT_EQ(stages, (std::vector<double>{0, 0, 1, 1}));
+    EXPECT_EQ(rates, (std::vector<double>{1e-3, 1e-3, 2e-3, 2e-3}));
+    {
+        const auto first = open(desc("parts", two_stages()));
+        Event event;
+        while (event.step < 1) ASSERT_OK(first->next(event));
+        interrupt_.raise();
+        EXPECT_EQ(run(*first).back().kind, EventKind::kInterrupted);
+    }
+    for (const std::uint64_t until :
+         {2, 3}) {  // the end of the first stage, the middle of the second
+        const auto next = open(resumed("parts"));
+        Event event;
+        while (event.step < until) ASSERT_OK(next->next(event));
+        interrupt_.raise();
+        EXPECT_EQ(run(*next).back().kind, EventKind::kInterrupted);
+    }
+    run(*open(resumed("parts")));
+    expect_equal_weights("whole", "parts");
+    for (const char* name : {"checkpoints/step_0000000002.state.safetensors",
+                             "checkpoints/step_0000000003.state.safetensors"})
+        if (fs::exists(folder_ / "whole" / name) && fs::exists(folder_ / "parts" / name))
+            EXPECT_TRUE(file("whole", name) == file("parts", name)) << name;
+    EXPECT_ERROR(refusal(resumed("parts", {"opt.stages.1.iterations=3"})), Code::kInvalidArgument,
+                 "'opt.stages' is [{iterations: 2, batch_size: 2");
+}
+
+/// What a later stage lacks is found before the first step.
+TEST_F(TrainingResume, LooksAtAllStagesFirst) {
+    EXPECT_ERROR(refusal(desc("run", {"opt.stages=[{iterations: 1}, {iterations: 1, lambda_lpips: "
+                                      "0.1}, {iterations: 2}]"})),
+                 Code::kInvalidArgument, "stage 1 of 'opt.stages': 'opt.lambda_lpips' is 0.1, but");
+    EXPECT_FALSE(fs::exists(folder_ / "run"));
+}
+
 TEST_F(TrainingResume, TakesOnResumingWhatMayChange) {
     run(*open(desc("run")));
     const std::string before = file("run", "config.json");

@@ -3659,10 +3659,10 @@ extern "C" {
     pub fn splat_run_destroy(run: splat_run) -> splat_result;
 
     /// JSON array of all keys of a configuration, in the order of their sections: {"key", "type" ("integer",
-    /// "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list of texts", or "any" of
-    /// these), "range" (as text; the words of a choice; empty: any value of the type), "default" (null: none),
-    /// "origin" ("published": of Splatter Image or its fork with priors; "ours"), "effect" (false: accepted, but
-    /// without effect), "resumable" (true: a run may go on with another value), "about" (one sentence)}.
+    /// "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list of texts", "list of maps",
+    /// or "any" of these), "range" (as text; the words of a choice; empty: any value of the type), "default" (null:
+    /// none), "origin" ("published": of Splatter Image or its fork with priors; "ours"), "effect" (false: accepted,
+    /// but without effect), "resumable" (true: a run may go on with another value), "about" (one sentence)}.
     ///
     /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
     pub fn splat_config_keys(buffer: *mut c_char, capacity: usize, needed: *mut usize) -> splat_result;
@@ -3807,7 +3807,7 @@ extern "C" {
     /// Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes to the log.
     ///
     /// Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but files of vectors
-    /// are not needed.
+    /// are not needed, and for opt.stages and opt.target_resolution, which only splat_training_open takes.
     pub fn splat_trainer_create(
         device: splat_device, desc: *const splat_trainer_desc, trainer: *mut splat_trainer
     ) -> splat_result;
