@@ -140,8 +140,9 @@ std::string stages_text(const Config& config) {
     std::string text;
     const std::size_t count = stages_in(config);
     for (std::size_t i = 0; i < count; ++i) {
+        const Config values = values_of(config, i);
         std::string stage;
-        for (const ConfigEntry& entry : values_of(config, i).entries())
+        for (const ConfigEntry& entry : values.entries())
             stage += (stage.empty() ? "" : ", ") + entry.key.substr(entry.key.find('.') + 1) +
                      ": " + config_value_text(entry);
         text += (i == 0 ? "{" : ", {") + stage + "}";

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "eval/csv_table.h"
 #include "support/decimal_comma.h"
 #include "support/expect_status.h"
 #include "support/hostile_names.h"

@@ -147,8 +147,8 @@ TEST_P(MogeModelTest, LastLevelAsOneLayerIsTheSame) {
             layered,
             {name + ".bias", {kChannels}, io::NumberType::kF32, std::vector<float>(kChannels)});
     }
-    const auto folded = need(MogeModel::create(context(), small_moge(), {}));
-    const auto model = need(MogeModel::create(context(), layered, {}));
+    const auto folded = loaded(context(), small_moge());
+    const auto model = loaded(context(), layered);
     const std::vector<float> image = picture(70, 40);
     const auto got = need(folded->run(image, 70, 40, 24));
     const auto expected = need(model->run(image, 70, 40, 24));
