@@ -72,9 +72,10 @@ class SplatterTraining : public run::Task {
     Status open_data(run::Messages& messages);
     Status check_validation() const;
     Status warn_of_cameras(run::Messages& messages) const;
+    /// Reads the weights to start from and checks their names and shapes, before the network takes memory.
+    Status read_start(run::Messages& messages);
     /// `options`: none: grafted from the likely channels of the file.
-    Status load_weights(const std::string& path, const std::optional<model::LoadOptions>& options,
-                        run::Messages& messages);
+    Status read_weights(const std::string& path, const std::optional<model::LoadOptions>& options);
     [[nodiscard]] Status check_batches(const BatchSource& source) const;
     /// Null where this rank is the only one.
     [[nodiscard]] run::Group* group() const {
@@ -99,6 +100,12 @@ class SplatterTraining : public run::Task {
     TrainingDesc desc_;
     config::Settings settings_;
     Start start_;
+    /// Between read_start() and start().
+    struct {
+        std::string path;
+        model::LoadOptions options;
+        io::NamedTensors tensors;
+    } first_weights_;
     std::shared_ptr<const predict::ViewSource> data_, validation_;
     std::shared_ptr<Trainer> trainer_;
     std::unique_ptr<predict::Predictor> predictor_;  ///< for validation; made when first needed

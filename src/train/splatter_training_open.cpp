@@ -1,6 +1,7 @@
 // What a session begins with: configuration, data, weights to start from or a state, first batches.
 
 #include <algorithm>
+#include <utility>
 
 #include "config/config_file.h"
 #include "config/effects.h"
@@ -82,6 +83,7 @@ Result<run::Plan> SplatterTraining::prepare(const run::ReadText* config, run::Me
     SPLAT_TRY(configure(config, messages));
     SPLAT_TRY(open_data(messages));
     SPLAT_TRY(warn_of_cameras(messages));
+    if (config == nullptr) SPLAT_TRY(read_start(messages));
     const config::TrainConfig& c = settings_.training;
     const std::size_t last = c.stages.empty() ? 0 : c.stages.size() - 1;
     auto made = context_->mutex.call([&]() -> Result<std::unique_ptr<Trainer>> {
@@ -91,11 +93,6 @@ Result<run::Plan> SplatterTraining::prepare(const run::ReadText* config, run::Me
     SPLAT_ASSIGN(trainer_, std::move(made));
     stage_ = last;
     SPLAT_TRY(try_stages());
-    if (!desc_.init.empty()) {
-        std::error_code failed;
-        const auto whole = std::filesystem::absolute(os::path_of(desc_.init), failed);
-        start_ = {failed ? desc_.init : os::text_of(whole), desc_.init_options};
-    }
     run::Plan plan;
     plan.config = config::merged_config_text(settings_);
     plan.iterations = c.iterations;
@@ -219,37 +216,49 @@ Result<run::RankFacts> SplatterTraining::facts() {
     return facts;
 }
 
-Status SplatterTraining::start(run::Messages& messages) {
-    SPLAT_TRY(
-        context_->mutex.call([&] { return trainer_->model().init(settings_.training.seed); }));
+Status SplatterTraining::read_start(run::Messages& messages) {
     const std::string& pretrained = settings_.training.pretrained;
-    if (!start_.file.empty()) {
+    if (!desc_.init.empty()) {
         if (!pretrained.empty())
             messages.push_back({"warning: opt.pretrained_ckpt '" + pretrained +
-                                    "' is not read, because '" + start_.file +
+                                    "' is not read, because '" + desc_.init +
                                     "' is given to start from",
                                 true});
-        return load_weights(start_.file, start_.options, messages);
+        std::error_code failed;
+        const auto whole = std::filesystem::absolute(os::path_of(desc_.init), failed);
+        start_ = {failed ? desc_.init : os::text_of(whole), desc_.init_options};
+        return read_weights(start_.file, start_.options);
     }
     if (pretrained.empty()) return {};
     SPLAT_ASSIGN(const std::string path, pretrained_file(pretrained));
-    return of_file(load_weights(path, {}, messages), "opt.pretrained_ckpt: ");
+    return of_file(read_weights(path, {}), "opt.pretrained_ckpt: ");
 }
 
-Status SplatterTraining::load_weights(const std::string& path,
-                                      const std::optional<model::LoadOptions>& options,
-                                      run::Messages& messages) {
-    const auto file = io::load_weights(path);
+Status SplatterTraining::read_weights(const std::string& path,
+                                      const std::optional<model::LoadOptions>& options) {
+    auto file = io::load_weights(path);
     SPLAT_TRY(of_file(file.status()));
     const io::NamedTensors& tensors = file.value().tensors;
     SPLAT_TRY(of_file(predict::expect_network(tensors, settings_.network), path + ": "));
     const model::LoadOptions likely{model::likely_channels(settings_.network, tensors), true};
+    SPLAT_TRY(of_file(context_->mutex.call([&] {
+        return model::check_state(*context_, settings_.network, tensors, options.value_or(likely));
+    }),
+                      path + ": "));
+    first_weights_ = {path, options.value_or(likely), std::move(file.value().tensors)};
+    return {};
+}
+
+Status SplatterTraining::start(run::Messages& messages) {
+    SPLAT_TRY(
+        context_->mutex.call([&] { return trainer_->model().init(settings_.training.seed); }));
+    const auto [path, options, tensors] = std::exchange(first_weights_, {});
+    if (path.empty()) return {};
     model::LoadReport report;
     {
         const std::lock_guard lock(context_->mutex);
         SPLAT_TRY(
-            of_file(model::load_state(trainer_->model(), tensors, options.value_or(likely), report),
-                    path + ": "));
+            of_file(model::load_state(trainer_->model(), tensors, options, report), path + ": "));
     }
     messages.push_back({format(
         "started from %s: %zu tensors copied, %zu widened, %zu new, %zu left out", path.c_str(),

@@ -2,9 +2,12 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 
+#include "core/os/path.h"
 #include "vkrun/cli/log.h"
+#include "vkrun/cli/text.h"
 #include "vkrun/config/merged_config.h"
 #include "vkrun/weights/published.h"
 #include "vkrun/weights/published_config.h"
@@ -63,11 +66,27 @@ splat_convention convention_of(const std::string& name) {
     return name == "3dgs" ? SPLAT_CONVENTION_3DGS : SPLAT_CONVENTION_RAY_MAXIMUM;
 }
 
+namespace {
+
+/// Large files take a while.
+void note_reading(const std::string& weights) {
+    std::error_code failed;
+    const std::uintmax_t bytes = std::filesystem::file_size(splat::os::path_of(weights), failed);
+    if (!failed)
+        std::fprintf(stderr,
+                     "vkrun: note: reading '%s' takes %s of host memory, twice that if its numbers "
+                     "have 16 bits\n",
+                     weights.c_str(), bytes_text(bytes).c_str());
+}
+
+}  // namespace
+
 Network load_network(splat_device device, const NetworkFiles& files, splat_weights weights,
                      const Joining& joining) {
     Network network;
     network.files = files;
     warn_of_old_weights(files.weights);
+    if (weights == nullptr && is_lgm(files.config)) note_reading(files.weights);
     const Weights own = weights == nullptr ? load_weights(files.weights) : Weights();
     const std::string config = files.config.dump();
     auto desc = sized<splat_predictor_desc>();
