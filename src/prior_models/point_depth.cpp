@@ -90,7 +90,8 @@ double otherwise_focal(Extent size) {
 void find_camera(const std::vector<Seen>& seen, Extent size, std::optional<double> known,
                  PointDepth& made) {
     if (seen.size() < 2) {
-        if (known) made.focal = *known;
+        made.found = known.has_value();
+        made.focal = known.value_or(otherwise_focal(size));
         return;
     }
     made.shift = best_shift(seen, known);
