@@ -92,10 +92,11 @@ constexpr Field kStepAt{
         return write_field(key, settings.training.step_lr_at);
     }};
 
-/// opt.stages; the stages themselves are written by stage_entries().
-constexpr Field kStages{KeyType::kMaps, Part::kTraining, nullptr, [](const Key&, const Settings&) {
-                            return ConfigEntry{"", {}, true, false};
-                        }};
+/// An empty list: stage_entries() writes the stages.
+ConfigEntry write_stages(const Key&, const Settings&) {
+    return {"", {}, true, false};
+}
+constexpr Field kStages{KeyType::kMaps, Part::kTraining, nullptr, write_stages};
 
 /// opt.pretrained_hf: whether to fetch weights, or their name.
 constexpr Field kHub{KeyType::kAny, Part::kTraining,

@@ -81,7 +81,7 @@ std::string note_on(const ScoreComparison& found) {
     if (found.shared < std::max(found.objects_a, found.objects_b))
         add(format("%zu objects of A and %zu of B are in one file only and are left out",
                    found.objects_a - found.shared, found.objects_b - found.shared));
-    const std::size_t least = least_objects(1, kLevel, false);  // of signs, as of ranks
+    const std::size_t least = least_objects(1, kLevel, false);  // the tests of signs and of ranks
     for (const MetricFinding& finding : found.metrics) {
         const MetricSamples& samples = finding.samples;
         if (samples.lacking_a + samples.lacking_b != 0)

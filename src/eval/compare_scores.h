@@ -19,10 +19,10 @@ struct MetricFinding {
     MetricSamples samples;
     Comparison comparison;
     double p_holm = 1;     ///< p_permutation corrected for the number of metrics
-    RankTest rank;         ///< of pairs; unpaired its p is NaN
-    double rank_holm = 1;  ///< its p corrected for the number of metrics
+    RankTest rank;         ///< the test of pairs; its p is NaN without them
+    double rank_holm = 1;  ///< p of `rank`, corrected for the number of metrics
     Wins objects;          ///< none unpaired, as of images
-    Wins images;           ///< of the views of both, where files tell them
+    Wins images;           ///< counts views of both, where files tell them
     Verdict verdict = Verdict::kNoDifference;
 };
 

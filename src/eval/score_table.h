@@ -21,7 +21,7 @@ struct ScoreTable {
     std::map<std::string, std::map<std::string, double>> values;
     std::map<std::string, double> views;  ///< scored of each object, where the file tells
     std::string protocol;  ///< which views are scored, where objects.json beside the file tells
-    ImageTable images;     ///< of per_image.csv, if it is beside per_object.csv
+    ImageTable images;     ///< per_image.csv, if it is beside per_object.csv
 };
 
 /// Errors: kInvalidArgument if the scores of an object of both are known to be of different views.

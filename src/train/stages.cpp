@@ -9,7 +9,7 @@
 namespace splat::train {
 namespace {
 
-/// Of a state's metadata: objects that batches had.
+/// Key of a state's metadata: objects that batches had.
 constexpr const char* kObjectsKey = "objects";
 
 }  // namespace

@@ -211,7 +211,7 @@ class Trainer {
     std::unique_ptr<RenderLoss> loss_;
     std::optional<SizeMap> sizes_;               ///< where edges are weighed by size
     std::uint32_t drawn_ = 1;                    ///< objects of a rasterizer call
-    Status entered_;                             ///< of the latest enter()
+    Status entered_;                             ///< what the latest enter() gave
     gaussians::GaussianSet scene_, grad_scene_;  ///< a call's, in passes of several calls
     /// Cycles: a drawer of views; what is predicted first, of all objects; lists that copy it there, and to scene_.
     std::unique_ptr<raster::Rasterizer> drawer_;

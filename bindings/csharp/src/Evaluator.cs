@@ -213,7 +213,8 @@ namespace Splat
         /// <summary>The summary as JSON, the content of results.json.</summary>
         public string ReportJson() => Text.Get(Handle, Native.splat_evaluator_report);
 
-        /// <summary>Write results.json, per_object.csv, per_image.csv, scores.txt and objects.json into a folder.</summary>
+        /// <summary>Write results.json, per_object.csv, per_image.csv, scores.txt and objects.json to a
+        /// folder.</summary>
         public void Save(string folder)
         {
             using (var arena = new Arena())

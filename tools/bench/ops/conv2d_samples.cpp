@@ -96,7 +96,8 @@ Samples sample_grad_weight(const Conv& conv) {
 }  // namespace
 
 CaseReference sampled_reference_of(const OpCase& op_case) {
-    if (op_case.op != "conv2d") return reference_of(op_case);
+    if (op_case.op != "conv2d" || op_case.attributes.value("replicate", false))
+        return reference_of(op_case);
     const auto dim = [&](std::size_t axis) {
         return static_cast<std::size_t>(op_case.inputs[0].dims[axis]);
     };

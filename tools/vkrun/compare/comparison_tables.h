@@ -27,7 +27,7 @@ struct ComparisonTable {
     std::string baseline;
     bool paired = true;
     std::uint32_t permutations = 0, bootstraps = 0;
-    std::size_t metrics = 0;  ///< that p is corrected for
+    std::size_t metrics = 0;  ///< p is corrected for their number
     std::vector<Row> rows;
 
     /// Add all metrics of a comparison with the baseline.
