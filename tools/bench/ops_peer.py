@@ -33,12 +33,12 @@ BENCHMARKS = pathlib.Path(__file__).parents[2] / "BENCHMARKS.md"
 BEGIN, END = "<!-- ops_peer -->", "<!-- /ops_peer -->"
 IMAGE = (1, 128, 120, 160)
 TOKENS = (1, 384, 1, 1201)
-CASES = [  # operator, attributes, shapes of the inputs
+CASES = [  # operator, attributes, shapes of the inputs, None of an absent one
     ("layer_norm", {"eps": 1e-6}, [TOKENS, (384,), (384,)]),
     ("attention", {"heads": 6}, [TOKENS] * 3),
     ("attention", {"heads": 16}, [(1, 1024, 64, 64)] * 3),
-    ("conv2d", {"precision": 2, "replicate": True}, [IMAGE, (128, 128, 3, 3), (128,)]),
-    ("conv2d", {}, [TOKENS, (1536, 384, 1, 1), (1536,)]),
+    ("conv2d", {"precision": 2, "replicate": True}, [IMAGE, (128, 128, 3, 3), (128,), None]),
+    ("conv2d", {}, [TOKENS, (1536, 384, 1, 1), (1536,), None]),
     ("patches2d", {"size": 14}, [(1, 3, 420, 560)]),
     ("patches2d", {"size": 2, "up": True}, [(1, 256, 120, 160)]),
     ("pad2d", {"left": 1, "right": 1, "top": 1, "bottom": 1, "replicate": True}, [IMAGE]),
@@ -55,9 +55,9 @@ CASES = [  # operator, attributes, shapes of the inputs
 class Splat:
     def __init__(self, device, name, attributes, arrays, grad):
         self.device = device
-        inputs = [libsplat.Tensor(device, array) for array in arrays]
-        zeros = [libsplat.Tensor.zeros(device, array.shape) for array in [grad, *arrays]]
-        self.results = zeros
+        inputs = [None if array is None else libsplat.Tensor(device, array) for array in arrays]
+        zeros = [None if array is None else libsplat.Tensor.zeros(device, array.shape) for array in [grad, *arrays]]
+        self.results = [result for result in zeros if result is not None]
         self.op = libsplat.Op(device, name, inputs, zeros[:1], attributes=attributes,
                               grad_outputs=[libsplat.Tensor(device, grad)], grad_inputs=zeros[1:])
 
@@ -78,7 +78,8 @@ class Splat:
 class Torch:
     def __init__(self, name, attributes, arrays, grad, dtype):
         attributes = {key: value for key, value in attributes.items() if key != "precision"}
-        self.inputs = [torch.from_numpy(array).to(dtype).requires_grad_() for array in arrays]
+        self.inputs = [torch.from_numpy(array).to(dtype).requires_grad_() for array in arrays
+                       if array is not None]
         self.grad = torch.from_numpy(grad).to(dtype)
         self.call = lambda: OPS[name](attributes, *self.inputs)
 
@@ -102,7 +103,7 @@ def relative(got, expected):
 def rows_of(device, case, rounds):
     name, attributes, shapes = case
     random = np.random.default_rng(61)
-    arrays = [random.standard_normal(shape, np.float32) for shape in shapes]
+    arrays = [None if shape is None else random.standard_normal(shape, np.float32) for shape in shapes]
     if name == "conv2d":
         arrays[1] /= np.float32(np.sqrt(np.prod(shapes[1][1:])))
     truth = Torch(name, attributes, arrays, np.zeros(0, np.float32), torch.float64)
