@@ -201,7 +201,8 @@ Result<MogeMaps> MogeModel::run(std::span<const float> image, std::uint32_t widt
             lld(tokens), columns, rows, width, height, lld(kMostTokens));
     const Status ready =
         prepare(static_cast<std::uint32_t>(rows), static_cast<std::uint32_t>(columns));
-    if (ready.code() == Code::kOutOfDeviceMemory)
+    if (ready.code() == Code::kOutOfDeviceMemory || ready.code() == Code::kUnsupported ||
+        ready.code() == Code::kInvalidArgument)
         return Status(ready.code(),
                       splat::format("%lld tokens (%.0f x %.0f patches) are too many: ", lld(tokens),
                                     columns, rows) +

@@ -118,10 +118,11 @@ class ApiOom : public testing::Test {
         expect_clean();
     }
 
-    /// A run may be a little shorter than the counted one, depending on the driver's files, and end
-    /// before the last allocations.
+    /// A run may be a little shorter than the counted one and end before the last allocations: threads in the
+    /// background compile kernels that this thread else does, and other processes share the driver's shader cache. 25
+    /// runs of one program made 7531 to 7692.
     bool fewer_than(std::uint64_t n) const {
-        return host_memory::seen() < n && n + kVaryingAllocations >= count_;
+        return host_memory::seen() < n && n + count_ / 25 >= count_;
     }
 
     void expect_clean() {
@@ -156,10 +157,6 @@ class ApiOom : public testing::Test {
     Life life_;
     const Temporary folder_;
     ScenarioResults good_;
-    /// Number of allocations by which runs may differ: other processes share the driver's shader
-    /// cache, and threads compile kernels in the background. One program made 6466 to 6485.
-    static constexpr std::uint64_t kVaryingAllocations = 40;
-
     std::uint64_t count_ = 0;
     std::size_t baseline_ = 0;
     std::uint64_t provoked_ = 0;  ///< messages of the validation layer

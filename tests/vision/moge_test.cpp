@@ -167,6 +167,8 @@ TEST_P(MogeModelTest, RefusesTokensThatDoNotFit) {
     const std::vector<float> image = picture(20, 10);
     EXPECT_ERROR(model->run(image, 20, 10, 1000000), Code::kInvalidArgument,
                  "1000000 tokens make 1414 x 707 patches");
+    EXPECT_ERROR(model->run(image, 20, 10, 60000), Code::kUnsupported,
+                 "60000 tokens (346 x 173 patches) are too many: ");
     EXPECT_ERROR(model->run(image, 20, 10, 0), Code::kInvalidArgument, "at least 1 each way");
     EXPECT_ERROR(model->run(picture(200, 1), 200, 1, 10), Code::kInvalidArgument, "x 0 patches");
     EXPECT_ERROR(model->run(image, 10, 10, 9), Code::kInvalidArgument, "600 numbers of a picture");
