@@ -31,7 +31,7 @@ import numpy as np
 
 ABSREL, MEDIAN_ANGLE, MEAN_ANGLE, MASK_MAE = 0.045, 8.4, 16.4, 0.044
 NEAREST, FARTHEST = 0.85, 1.8  # distances of white and of black in the maps of `vkrun data synth`
-CELLS = 8  # of a field, across the picture
+CELLS = 8  # cells of a field across the picture
 VERSION = 1
 
 

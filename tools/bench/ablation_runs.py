@@ -14,7 +14,7 @@ Run = collections.namedtuple("Run", "name text changes against adapters rate bas
                              defaults=((), False, 1.0, None, None, None))
 SCRATCH_SIDE = 32
 F3D = ["model.head=f3d", *MASK]
-# As many novel views as input views, else nothing but the input views would be supervised.
+# Half of the views are novel ones, else nothing but the input views would be supervised.
 FOUR = ["data.input_images=4", "opt.imgs_per_obj=8"]
 LGM = ["data.training_resolution=32", "data.fov=51.98948897809546", "data.znear=0.8", "data.zfar=1.8",
        "data.white_background=false", "model.down=[32,64,128]", "model.down_attention=[0,0,1]", "model.up=[128,64,32]",
