@@ -18,8 +18,9 @@ F3D = ["model.head=f3d", *MASK]
 # Half of the views are novel ones, else nothing but the input views would be supervised.
 FOUR = ["data.input_images=4", "opt.imgs_per_obj=8"]
 AROUND = "64,80,96,112"  # views of test objects, a quarter turn apart
-LGM = ["data.training_resolution=32", "data.fov=51.98948897809546", "data.znear=0.8", "data.zfar=1.8", "model.down=[32,64,128]", "model.down_attention=[0,0,1]", "model.up=[128,64,32]",
-       "model.up_attention=[1,0,0]", "opt.imgs_per_obj=8", "opt.ema.use=true"]
+LGM = ["data.training_resolution=32", "data.fov=51.98948897809546", "data.znear=0.8", "data.zfar=1.8",
+       "model.down=[32,64,128]", "model.down_attention=[0,0,1]", "model.up=[128,64,32]", "model.up_attention=[1,0,0]",
+       "opt.imgs_per_obj=8", "opt.ema.use=true"]
 
 # One line for each prior: name, text, changes, and the data sets that hold it exactly and as it is estimated.
 PRIORS = [
