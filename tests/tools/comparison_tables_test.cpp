@@ -85,9 +85,9 @@ TEST(ComparisonTables, LatexNamesIntervalsTestsAndCorrections) {
           "Holm-corrected for 2 metrics", "Wilcoxon signed rank test, exact, or where marked",
           "differences of 0 dropped (Wilcoxon's rule)", "{llrrrrcrrc}",
           "a, \\{b\\} \\& 100\\% & PSNR $\\uparrow$ & 30 & $20.250$ & $20.750$ & $+0.500$ & "
-          "$[+0.375, +0.875]$ & $2.5\\times10^{-5}$ & $0.031$$^\\approx$ & 20/2/8 \\\\\n",
+          "$[+0.375, +0.875]$ & $2.5\\mathrm{e}{-5}$ & $0.031$$^\\approx$ & 20/2/8 \\\\\n",
           "LPIPS $\\downarrow$ & 30 & $20.2500$ & $20.7500$ & $+0.5000$ & -- & "
-          "$2.5\\times10^{-5}$ & $0.031$ & 20/2/8 \\\\\n",
+          "$2.5\\mathrm{e}{-5}$ & $0.031$ & 20/2/8 \\\\\n",
           "\\end{tabular}\n\\end{table}\n"})
         EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
     made.rows[0].compared.found.image_wins_b = 7;
