@@ -44,6 +44,11 @@ class Writer {
         folder_ = folder;
         for (const char* kind : kinds()) SPLAT_TRY(io::make_folders(folder_ / kind));
         const scene::MeshMeasures measures = scene::measure(mesh_);
+        if (measures.zero_area == mesh_.triangles.size())
+            return damaged(
+                "'%s' has no surface: each of its %zu triangles has an area of 0; give it faces "
+                "whose corners do not lie on a line",
+                desc_.name.c_str(), mesh_.triangles.size());
         for (const scene::Vec3& corner : {measures.low, measures.high})
             reach_ = std::max(reach_, glm::length(glm::max(-corner, corner)));
         const std::uint64_t bytes = kPixelBytes * desc_.size * desc_.size;

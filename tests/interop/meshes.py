@@ -18,7 +18,7 @@ try:
     import trimesh
     from PIL import Image
 except ImportError as error:
-    print(f"skipped: {error}; pip install trimesh pygltflib pillow")
+    print(f"skipped: {error}; apt-get install python3-numpy python3-pil; pip install trimesh pygltflib")
     sys.exit(77)
 
 

@@ -77,6 +77,17 @@ TEST(Look, ObjectsAreMixedWithTheirBackgroundInLinearLight) {
                                                          255, 255, 255}));
 }
 
+TEST(Look, BackgroundsAreMixedInLinearLight) {
+    Look look;
+    look.from = look.to = {0.5F, 0.5F, 0.5F};
+    // Black, of which each pixel is covered by half: half of the background's linear light is left.
+    const io::Image image =
+        over_background(std::vector<float>(12), std::vector<float>(4, 0.5F), 2, look);
+    const float left = scene::srgb_of_linear(0.5F * scene::linear_of_srgb(0.5F));
+    const auto byte = static_cast<std::uint16_t>(std::lround(255 * static_cast<double>(left)));
+    EXPECT_EQ(image.samples, std::vector<std::uint16_t>(12, byte));
+}
+
 TEST(Look, ExposureChangesTheObjectAlone) {
     Look look;
     look.from = look.to = {0.25F, 0.5F, 0.75F};

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <set>
 
 #include "data/dataset.h"
 #include "data/dataset_check.h"
@@ -101,6 +102,30 @@ TEST(MeshViewsWriter, PicturesAndMapsAreThoseDrawn) {
     EXPECT_EQ(at("depth", 0, 0), 0);
 }
 
+TEST(MeshViewsWriter, ExposuresChangePicturesNotAlbedo) {
+    const SampleFolder folder;
+    ViewsDesc desc = sample_views(folder.path());
+    desc.albedo = true;
+    desc.exposure = 1;
+    const mesh_views::Draw gray = [](std::span<const scene::Camera> cameras) {
+        auto drawn = test::sample_draw(16)(cameras);
+        for (Drawn& view : drawn.value())
+            for (std::vector<float>* values : {&view.color, &view.albedo})
+                for (float& value : *values) value *= 0.5F;
+        return drawn;
+    };
+    ASSERT_OK(write_object(desc, test::sample_square(), gray));
+    const fs::path object = folder / "srn_objects/objects_train/block";
+    std::set<int> pictures, albedos;
+    for (const char* view : {"000000.png", "000001.png", "000002.png"}) {
+        const std::size_t middle = 3 * (8 * 16 + 8);
+        pictures.insert(picture(object / "rgb" / view).samples[middle]);
+        albedos.insert(picture(object / "albedo" / view).samples[middle + 1]);
+    }
+    EXPECT_EQ(albedos, std::set<int>{128});
+    EXPECT_EQ(pictures.size(), 3U) << "each view has its own exposure";
+}
+
 TEST(MeshViewsWriter, PointsLieOnTheSurfaceInTheWorld) {
     const SampleFolder folder;
     ViewsDesc desc = sample_views(folder.path());
@@ -176,7 +201,8 @@ TEST(MeshViewsWriter, WhatShowsNothingIsRefused) {
                  "none of its 3 views");
     scene::TriangleMesh flat = test::sample_square();
     flat.vertices.assign(4, {0, 0, 0});
-    EXPECT_ERROR(write_object(desc, flat, test::sample_draw(16)), Code::kFormat, "'block'");
+    EXPECT_ERROR(write_object(desc, flat, test::sample_draw(16)), Code::kFormat,
+                 "'block' has no surface: each of its 2 triangles");
     EXPECT_TRUE(fs::is_empty(folder / "srn_objects/objects_train"));
 }
 

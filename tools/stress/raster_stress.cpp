@@ -46,6 +46,7 @@ void run_scene(Run& run, const RasterStress& stress) {
 void stress_raster(Run& run) {
     for (const RasterStress& stress : raster_families(run.quick()))
         if (run.wants(stress.name)) run_scene(run, stress);
+    stress_triangles(run);
 }
 
 }  // namespace vkrun::stress

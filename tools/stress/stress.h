@@ -126,6 +126,8 @@ class Run {
 
 void stress_ops(Run& run);
 void stress_raster(Run& run);
+/// Meshes; a part of stress_raster().
+void stress_triangles(Run& run);
 void stress_model(Run& run);
 void stress_train(Run& run);
 /// The bits of a few cases of each kind, computed by other processes with 0, 1 and 4 threads of the software driver.
