@@ -75,7 +75,9 @@ std::vector<float> numbers_of(const prior_scores::PlaneMap& map, bool share) {
     std::vector<std::array<float, 4>> planes = {{}};
     for (const auto& [normal, distance, pixels] : map.planes) {
         std::array<double, 4> n = {normal.x, normal.y, normal.z, distance};
-        if (share) n = {(n[0] + 1) / 2, (n[1] + 1) / 2, (n[2] + 1) / 2, std::max(distance / farthest, 1.0 / 255)};
+        if (share)
+            n = {(n[0] + 1) / 2, (n[1] + 1) / 2, (n[2] + 1) / 2,
+                 std::max(distance / farthest, 1.0 / 255)};
         planes.push_back({static_cast<float>(n[0]), static_cast<float>(n[1]),
                           static_cast<float>(n[2]), static_cast<float>(n[3])});
     }
@@ -159,15 +161,14 @@ splat_result splat_planes_from_depth(const splat_image* depth, const splat_image
         const prior_models::DepthCamera seen_by = camera_of(from, *camera);
         SPLAT_ASSIGN(const std::vector<float> normals,
                      normals_in(normal, vectors, distances, seen_by));
+        scene::Camera pinhole;
+        SPLAT_COPY(pinhole, seen_by, width, height);
+        pinhole.fx = seen_by.focal_x;
+        pinhole.fy = seen_by.focal_y;
+        pinhole.cx = seen_by.center_x;
+        pinhole.cy = seen_by.center_y;
         SPLAT_ASSIGN(const prior_scores::PlaneMap map,
-                     prior_scores::find_planes(distances, normals,
-                                               {.width = seen_by.width,
-                                                .height = seen_by.height,
-                                                .fx = seen_by.focal_x,
-                                                .fy = seen_by.focal_y,
-                                                .cx = seen_by.center_x,
-                                                .cy = seen_by.center_y},
-                                               rules));
+                     prior_scores::find_planes(distances, normals, pinhole, rules));
         api::fill_interleaved(to, numbers_of(map, !vectors).data());
         if (count != nullptr) *count = static_cast<std::uint32_t>(map.planes.size());
         return {};

@@ -137,7 +137,7 @@ TEST(ApiPictureMaps, PlanesAreNumbersOrFromZeroToOne) {
     EXPECT_DONE(splat_planes_from_depth(&from, nullptr, &camera, nullptr, &in_bytes, nullptr));
     for (std::size_t i = 0; i < depth.size(); ++i) {
         const bool right = i % 24 >= 14, none = i == 3 || i == 4;
-        const double n[] = {right ? 0 : 0.6, 0, right ? -1 : -0.8, right ? 9 : 4};
+        const double n[] = {right ? 0 : 0.6, 0, right ? -1 : -0.8, right ? 9.0 : 4.0};
         for (std::size_t k = 0; k < 4; ++k) {
             const double unit = k < 3 ? (n[k] + 1) / 2 : n[k] / 9;
             EXPECT_NEAR(plane[4 * i + k], none ? 0 : n[k], 1e-4) << i << " " << k;
