@@ -41,8 +41,8 @@ _INFOS = (
     "splat_weights_info", "splat_model_info", "splat_optimizer_info", "splat_trainer_info",
     "splat_predictor_info", "splat_picture_info", "splat_evaluator_info", "splat_scores",
     "splat_ledger", "splat_object_scores", "splat_evaluation_summary", "splat_comparison_info",
-    "splat_metric_comparison", "splat_depth_scores", "splat_normal_scores", "splat_mask_scores",
-    "splat_fidelity_scores", "splat_point_scores",
+    "splat_metric_comparison", "splat_depth_scores", "splat_normal_scores", "splat_plane_scores",
+    "splat_mask_scores", "splat_fidelity_scores", "splat_point_scores",
     "splat_prior_model_info", "splat_mesh_info",
 )
 # 32-bit patterns, which may exceed an int.

@@ -172,6 +172,34 @@ SPLAT_API splat_result splat_normals_from_depth(const splat_image* depth,
                                                 const splat_normals_desc* desc,
                                                 const splat_image* normal);
 
+typedef struct splat_planes_desc {
+    uint32_t struct_size;
+    uint32_t flags;   /* SPLAT_NORMAL_VECTORS: normals and planes are numbers themselves */
+    const void* next; /* NULL */
+    double max_degrees; /* most angle between a pixel's normal and its plane's; 0: 15 */
+    double max_offset;  /* most distance of a pixel from its plane, as a share of its depth; 0: 0.02 */
+    double least_share; /* share of the map's pixels of the smallest plane, 0.001 to 1; 0: 0.005 */
+} splat_planes_desc;
+
+/* Find the planes of the surface that a depth map shows, by growing regions; at most 255, the largest.
+ * The same bits for the same maps.
+ * depth     1 channel, as of splat_normals_from_depth(); the surface ends where there is none
+ * normal    3 channels of its size, in the camera's axes; NULL: those of splat_normals_from_depth()
+ * camera    the camera of the depth map, and what its numbers mean
+ * desc      NULL: the defaults
+ * plane     4 channels of its size: (n + 1) / 2 of the plane of the pixel, facing the camera, and the plane's
+ *           distance from the camera as a share of that of the farthest plane, at least 1/255; all 0 without a
+ *           plane. With SPLAT_NORMAL_VECTORS n and the distance themselves, which take F16 or F32
+ * count     out, planes; may be NULL
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a field of an image, of camera or desc, numbers of the normals that
+ *                                 are not finite, relative depth outside 0 to 1, U8 planes as numbers
+ *   SPLAT_ERROR_SHAPE_MISMATCH    channels of the depth, the size or channels of normals or planes */
+SPLAT_API splat_result splat_planes_from_depth(const splat_image* depth, const splat_image* normal,
+                                               const splat_normals_desc* camera,
+                                               const splat_planes_desc* desc,
+                                               const splat_image* plane, uint32_t* count);
+
 /* ---- Judging --------------------------------------------------------------------------------- */
 
 /* Maps are pictures of one size: a map of U8 counts as 0 to 1, as in splat_image. Arithmetic is in
@@ -244,6 +272,33 @@ SPLAT_API splat_result splat_prior_compare_normals(const splat_image* prediction
                                                    const splat_image* truth,
                                                    const splat_image* mask, uint32_t flags,
                                                    splat_normal_scores* scores);
+
+/* How well predicted planes are the true ones; IoU is intersection over union of their pixels. */
+typedef struct splat_plane_scores {
+    uint32_t struct_size;
+    uint32_t reserved;
+    uint64_t pixels;           /* pixels on true planes */
+    uint64_t predicted_planes; /* planes of the prediction */
+    uint64_t true_planes;      /* planes of the truth */
+    double covering;  /* mean over the pixels of true planes of their plane's best IoU, 0 to 1 */
+    double recall;    /* share of the true planes that a predicted one finds */
+    double precision; /* share of the predicted planes that find a true one; 0 without any */
+} splat_plane_scores;
+
+/* Compare maps of planes, as splat_planes_from_depth() fills them: a plane is all pixels with the same four
+ * numbers. A predicted plane finds a true one if their IoU is above 0.5, and normals and distances agree.
+ * prediction, truth   of four channels; a distance <= 0 is no plane
+ * flags     SPLAT_NORMAL_VECTORS; without it normals are decoded, and distances are as they are
+ * max_distance  most difference of the distances, >= 0, such as 0.05 of maps in metres
+ * max_degrees   most angle between the normals, 0 to 180, such as 10
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, limits, struct_size, no true plane, numbers that
+ *                                     are not finite, a plane without a normal
+ *   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or other channels */
+SPLAT_API splat_result splat_prior_compare_planes(const splat_image* prediction,
+                                                  const splat_image* truth, uint32_t flags,
+                                                  double max_distance, double max_degrees,
+                                                  splat_plane_scores* scores);
 
 /* Where the true mask is. */
 enum {

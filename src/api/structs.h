@@ -23,6 +23,7 @@
     X(splat_normals_desc) X(splat_number) X(splat_object_scores) X(splat_op_desc) \
     X(splat_optimizer_desc) X(splat_optimizer_group) X(splat_optimizer_info) X(splat_optimizer_item) \
     X(splat_orbit_desc) X(splat_picture) X(splat_picture_cut_desc) X(splat_picture_info) X(splat_picture_source) \
+    X(splat_plane_scores) X(splat_planes_desc) \
     X(splat_point_scores) X(splat_port) X(splat_prediction) X(splat_predictor_desc) \
     X(splat_predictor_info) X(splat_prior_maps) X(splat_prior_model_desc) \
     X(splat_prior_model_info) X(splat_rasterizer_desc) X(splat_rasterizer_info) \

@@ -760,6 +760,30 @@ namespace Splat
         }
     }
 
+    /// <summary>How well predicted planes are the true ones; IoU is intersection over union of their
+    /// pixels.</summary>
+    public sealed class PlaneScores : Facts<PlaneScores>
+    {
+        /** <summary>pixels on true planes</summary> */ public long Pixels { get; }
+        /** <summary>planes of the prediction</summary> */ public long PredictedPlanes { get; }
+        /** <summary>planes of the truth</summary> */ public long TruePlanes { get; }
+        /// <summary>mean over the pixels of true planes of their plane's best IoU, 0 to 1</summary>
+        public double Covering { get; }
+        /** <summary>share of the true planes that a predicted one finds</summary> */ public double Recall { get; }
+        /// <summary>share of the predicted planes that find a true one; 0 without any</summary>
+        public double Precision { get; }
+
+        internal unsafe PlaneScores(splat_plane_scores* from)
+        {
+            Pixels = checked((long)from->pixels);
+            PredictedPlanes = checked((long)from->predicted_planes);
+            TruePlanes = checked((long)from->true_planes);
+            Covering = from->covering;
+            Recall = from->recall;
+            Precision = from->precision;
+        }
+    }
+
     /// <summary>How well a soft mask p, binary where p &gt; 0.5, covers the true one. Shares have 1e-6 in their
     /// denominators, as published: an empty truth scores 0.</summary>
     public sealed class MaskScores : Facts<MaskScores>

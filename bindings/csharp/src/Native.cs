@@ -3062,6 +3062,30 @@ namespace Splat.Interop
         ResultCode splat_normals_from_depth(splat_image* depth, splat_normals_desc* desc, splat_image* normal);
 
         /// <summary>
+        /// Find the planes of the surface that a depth map shows, by growing regions; at most 255, the largest.
+        /// The same bits for the same maps.
+        /// depth     1 channel, as of splat_normals_from_depth(); the surface ends where there is none
+        /// normal    3 channels of its size, in the camera's axes; NULL: those of splat_normals_from_depth()
+        /// camera    the camera of the depth map, and what its numbers mean
+        /// desc      NULL: the defaults
+        /// plane     4 channels of its size: (n + 1) / 2 of the plane of the pixel, facing the camera, and the plane's
+        ///           distance from the camera as a share of that of the farthest plane, at least 1/255; all 0 without a
+        ///           plane. With SPLAT_NORMAL_VECTORS n and the distance themselves, which take F16 or F32
+        /// count     out, planes; may be NULL
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a field of an image, of camera or desc, numbers of the normals that
+        ///                                 are not finite, relative depth outside 0 to 1, U8 planes as numbers
+        ///   SPLAT_ERROR_SHAPE_MISMATCH    channels of the depth, the size or channels of normals or planes
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_planes_from_depth(splat_image* depth, splat_image* normal, splat_normals_desc* camera,
+            splat_planes_desc* desc, splat_image* plane, uint* count);
+
+        /// <summary>
         /// Compare a depth map with the true one, both with larger numbers for nearer pixels, or both with
         /// larger ones for farther pixels.
         /// prediction, truth   of one channel
@@ -3097,6 +3121,26 @@ namespace Splat.Interop
 #endif
         ResultCode splat_prior_compare_normals(splat_image* prediction, splat_image* truth, splat_image* mask,
             NormalFlags flags, splat_normal_scores* scores);
+
+        /// <summary>
+        /// Compare maps of planes, as splat_planes_from_depth() fills them: a plane is all pixels with the same four
+        /// numbers. A predicted plane finds a true one if their IoU is above 0.5, and normals and distances agree.
+        /// prediction, truth   of four channels; a distance &lt;= 0 is no plane
+        /// flags     SPLAT_NORMAL_VECTORS; without it normals are decoded, and distances are as they are
+        /// max_distance  most difference of the distances, &gt;= 0, such as 0.05 of maps in metres
+        /// max_degrees   most angle between the normals, 0 to 180, such as 10
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, limits, struct_size, no true plane, numbers that
+        ///                                     are not finite, a plane without a normal
+        ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or other channels
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_prior_compare_planes(splat_image* prediction, splat_image* truth, NormalFlags flags, double
+            max_distance, double max_degrees, splat_plane_scores* scores);
 
         /// <summary>
         /// Compare a mask with the true one.
@@ -4937,6 +4981,21 @@ namespace Splat.Interop
         public double farthest;
     }
 
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_planes_desc
+    {
+        public uint struct_size;
+        /// <summary>SPLAT_NORMAL_VECTORS: normals and planes are numbers themselves</summary>
+        public NormalFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /// <summary>most angle between a pixel's normal and its plane's; 0: 15</summary>
+        public double max_degrees;
+        /// <summary>most distance of a pixel from its plane, as a share of its depth; 0: 0.02</summary>
+        public double max_offset;
+        /// <summary>share of the map's pixels of the smallest plane, 0.001 to 1; 0: 0.005</summary>
+        public double least_share;
+    }
+
     /// <summary>Errors of an aligned depth map p against the true one g, in its units.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_depth_scores
@@ -4968,6 +5027,23 @@ namespace Splat.Interop
         /** <summary>root of the mean of the squared angles, degrees</summary> */ public double rmse;
         /// <summary>shares of pixels with an angle below 11.25, 22.5, 30 degrees</summary>
         public fixed double within[3];
+    }
+
+    /// <summary>How well predicted planes are the true ones; IoU is intersection over union of their
+    /// pixels.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_plane_scores
+    {
+        public uint struct_size;
+        public uint reserved;
+        /** <summary>pixels on true planes</summary> */ public ulong pixels;
+        /** <summary>planes of the prediction</summary> */ public ulong predicted_planes;
+        /** <summary>planes of the truth</summary> */ public ulong true_planes;
+        /// <summary>mean over the pixels of true planes of their plane's best IoU, 0 to 1</summary>
+        public double covering;
+        /** <summary>share of the true planes that a predicted one finds</summary> */ public double recall;
+        /// <summary>share of the predicted planes that find a true one; 0 without any</summary>
+        public double precision;
     }
 
     /// <summary>How well a soft mask p, binary where p &gt; 0.5, covers the true one. Shares have 1e-6 in their
@@ -5377,12 +5453,17 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_normals_desc), 64, false,
                 "struct_size:0:4 flags:4:4 next:8:8 focal_x:16:8 focal_y:24:8 center_x:32:8 center_y:40:8 " +
                 "nearest:48:8 farthest:56:8"),
+            new NativeLayout(typeof(splat_planes_desc), 40, false,
+                "struct_size:0:4 flags:4:4 next:8:8 max_degrees:16:8 max_offset:24:8 least_share:32:8"),
             new NativeLayout(typeof(splat_depth_scores), 80, false,
                 "struct_size:0:4 reserved:4:4 pixels:8:8 abs_rel:16:8 rmse:24:8 si_rmse:32:8 within:40:24 " +
                 "scale:64:8 shift:72:8"),
             new NativeLayout(typeof(splat_normal_scores), 72, false,
                 "struct_size:0:4 reserved:4:4 pixels:8:8 missing:16:8 mean:24:8 median:32:8 rmse:40:8 " +
                 "within:48:24"),
+            new NativeLayout(typeof(splat_plane_scores), 56, false,
+                "struct_size:0:4 reserved:4:4 pixels:8:8 predicted_planes:16:8 true_planes:24:8 covering:32:8 " +
+                "recall:40:8 precision:48:8"),
             new NativeLayout(typeof(splat_mask_scores), 64, false,
                 "struct_size:0:4 reserved:4:4 predicted_pixels:8:8 true_pixels:16:8 mae:24:8 iou:32:8 " +
                 "precision:40:8 recall:48:8 f_beta:56:8"),

@@ -50,6 +50,27 @@ namespace Splat
             }
         }
 
+        /// <summary>Covering, recall and precision of planes, as PlanesFromDepth gives them.</summary>
+        /// <param name="prediction">of four channels</param>
+        /// <param name="truth">of four channels</param>
+        /// <param name="maxDistance">most difference of the distances of a plane that is found</param>
+        /// <param name="maxDegrees">most angle between its normals</param>
+        /// <param name="flags">None: normals are (n + 1) / 2</param>
+        public static PlaneScores ComparePlanes(Image prediction, Image truth, double maxDistance = 0.05,
+                                                double maxDegrees = 10,
+                                                NormalFlags flags = NormalFlags.Vectors)
+        {
+            using (var arena = new Arena())
+            {
+                splat_image a = Native(prediction, nameof(prediction), arena);
+                splat_image b = Native(truth, nameof(truth), arena);
+                var scores = new splat_plane_scores { struct_size = (uint)sizeof(splat_plane_scores) };
+                Check.Ok(Interop.Native.splat_prior_compare_planes(
+                    &a, &b, flags, maxDistance, maxDegrees, &scores));
+                return new PlaneScores(&scores);
+            }
+        }
+
         /// <summary>Overlap of a soft mask with the true one.</summary>
         public static MaskScores CompareMasks(Image prediction, Image alpha,
                                               MaskFlags flags = MaskFlags.None)
@@ -123,20 +144,61 @@ namespace Splat
             using (var arena = new Arena())
             {
                 splat_image from = Native(depth, nameof(depth), arena);
-                var desc = new splat_normals_desc
-                {
-                    struct_size = (uint)sizeof(splat_normals_desc),
-                    focal_x = focal,
-                    focal_y = focal,
-                    nearest = nearest,
-                    farthest = farthest,
-                };
+                splat_normals_desc desc = CameraOf(focal, nearest, farthest);
                 var normal = new Image(depth.Width, depth.Height, 3, Pixel.F32);
                 splat_image to = normal.ToNative(arena);
                 Check.Ok(Interop.Native.splat_normals_from_depth(&from, &desc, &to));
                 return normal;
             }
         }
+
+        /// <summary>
+        /// Planes of the surface that a depth map shows, as a picture of Pixel.F32 with 4 channels: the normal of
+        /// each pixel's plane in the camera's axes, and its distance; 0 without a plane.
+        /// </summary>
+        /// <param name="depth">of one channel</param>
+        /// <param name="focal">pixels; the principal point is in the middle</param>
+        /// <param name="normal">x, y, z of normals; null: by differences of the depth</param>
+        /// <param name="nearest">distance of the number 1; both 0: the map holds distances</param>
+        /// <param name="farthest">distance of the number 0</param>
+        /// <param name="maxDegrees">most angle between a pixel's normal and its plane's; 0: 15</param>
+        /// <param name="maxOffset">most distance of a pixel from its plane, as a share of its depth; 0: 0.02</param>
+        /// <param name="leastShare">share of the pixels of the smallest plane; 0: 0.005</param>
+        public static Image PlanesFromDepth(Image depth, double focal, Image? normal = null,
+                                            double nearest = 0, double farthest = 0,
+                                            double maxDegrees = 0, double maxOffset = 0,
+                                            double leastShare = 0)
+        {
+            using (var arena = new Arena())
+            {
+                splat_image from = Native(depth, nameof(depth), arena);
+                splat_image n = normal == null ? new splat_image() : normal.ToNative(arena);
+                splat_normals_desc camera = CameraOf(focal, nearest, farthest);
+                var desc = new splat_planes_desc
+                {
+                    struct_size = (uint)sizeof(splat_planes_desc),
+                    flags = NormalFlags.Vectors,
+                    max_degrees = maxDegrees,
+                    max_offset = maxOffset,
+                    least_share = leastShare,
+                };
+                var plane = new Image(depth.Width, depth.Height, 4, Pixel.F32);
+                splat_image to = plane.ToNative(arena);
+                Check.Ok(Interop.Native.splat_planes_from_depth(
+                    &from, normal == null ? null : &n, &camera, &desc, &to, null));
+                return plane;
+            }
+        }
+
+        private static splat_normals_desc CameraOf(double focal, double nearest, double farthest) =>
+            new splat_normals_desc
+            {
+                struct_size = (uint)sizeof(splat_normals_desc),
+                focal_x = focal,
+                focal_y = focal,
+                nearest = nearest,
+                farthest = farthest,
+            };
 
         /// <summary>Points on the surface of an OBJ file, uniform by area: x, y, z of each.</summary>
         public static float[] MeshPoints(string path, int count, long seed = 0)

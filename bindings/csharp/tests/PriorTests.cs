@@ -31,6 +31,9 @@ namespace Splat.Tests
         {
             Image x = Map(3, 1, 0, 0), z = Map(3, 0, 0, 1);
             Expect.Near(90, Priors.CompareNormals(x, z, null, NormalFlags.Vectors).Median, 1e-9);
+            Image planes = Priors.PlanesFromDepth(Image.FromFloats(8, 8, 1, Enumerable.Repeat(2f, 64).ToArray()), 8);
+            Expect.Near(2, planes.ToFloats()[3], 1e-6);
+            Expect.Near(1, Priors.ComparePlanes(planes, planes).Recall, 0);
             MaskScores scores = Priors.CompareMasks(Map(1, 1, 0, 0), Map(1, 1, 0.25f, 0),
                                                     MaskFlags.AlphaHalf);
             Expect.Equal(1L, scores.TruePixels);

@@ -34,6 +34,20 @@ class PriorScores(Case):
         self.assertAlmostEqual(splat.compare_normals((x + 1) / 2, (z + 1) / 2).median, 90)
         self.refused(splat.ShapeMismatch, "channels", splat.compare_normals, x[..., 0], z[..., 0])
 
+    def test_planes(self) -> None:
+        depth = np.full((8, 16), 2, np.float32)
+        depth[:, 12:] = 3
+        planes = splat.planes_from_depth(depth, 20, least_share=0.1)
+        np.testing.assert_allclose(planes[0, ::12], [[0, 0, -1, 2], [0, 0, -1, 3]], atol=1e-6)
+        np.testing.assert_array_equal(
+            splat.planes_from_depth(depth, 20, planes[..., :3], least_share=0.3)[0, 12], 0)
+        scores = splat.compare_planes(planes, planes)
+        self.assertEqual((scores.covering, scores.recall, scores.true_planes), (1, 1, 2))
+        moved = planes + np.array([0, 0, 0, 0.06], np.float32)
+        self.assertEqual(splat.compare_planes(moved, planes).recall, 0)
+        self.refused(splat.ShapeMismatch, "channels", splat.compare_planes, depth, planes)
+        self.refused(splat.InvalidArgument, "angle", splat.planes_from_depth, depth, 20, max_degrees=91)
+
     def test_masks(self) -> None:
         alpha = np.array([[1, 0.25, 0]], np.float32)
         self.assertEqual(splat.compare_masks(alpha, alpha).true_pixels, 2)

@@ -10,6 +10,7 @@
 #include "prior_scores/mask_scores.h"
 #include "prior_scores/morphology.h"
 #include "prior_scores/normal_scores.h"
+#include "prior_scores/plane_scores.h"
 
 using namespace splat;
 
@@ -149,6 +150,29 @@ splat_result splat_prior_compare_normals(const splat_image* prediction, const sp
                        splat_normal_scores filled{};
                        SPLAT_COPY(filled, made, pixels, missing, mean, median, rmse);
                        std::ranges::copy(made.within, filled.within);
+                       return filled;
+                   });
+}
+
+splat_result splat_prior_compare_planes(const splat_image* prediction, const splat_image* truth,
+                                        uint32_t flags, double max_distance, double max_degrees,
+                                        splat_plane_scores* scores) {
+    return compare(prediction, truth, "truth", 4, flags, SPLAT_NORMAL_VECTORS, scores,
+                   [&](const ImagePair& pair) -> Result<splat_plane_scores> {
+                       const auto planes = [&](const api::ImageView& view) {
+                           std::vector<float> numbers = api::interleaved_of(view);
+                           for (std::size_t i = 0; flags == 0 && i < numbers.size(); ++i)
+                               if (i % 4 != 3) numbers[i] = 2 * numbers[i] - 1;
+                           return numbers;
+                       };
+                       SPLAT_ASSIGN(
+                           const prior_scores::PlaneScores made,
+                           prior_scores::compare_planes(planes(pair.first), planes(pair.second),
+                                                        max_distance, max_degrees));
+                       splat_plane_scores filled{};
+                       filled.predicted_planes = made.predicted;
+                       filled.true_planes = made.truth;
+                       SPLAT_COPY(filled, made, pixels, covering, recall, precision);
                        return filled;
                    });
 }

@@ -17,6 +17,11 @@ std::vector<float> g_broken = [] {
     values[0] = NAN;
     return values;
 }();
+std::vector<float> g_broken_planes = [] {
+    std::vector<float> values(std::size_t{4} * 48 * 48, 1);
+    values[0] = NAN;
+    return values;
+}();
 std::vector<float> g_twos(std::size_t{48} * 48, 2);
 
 /// Named like weights; what it holds is not read before the device is found.
@@ -63,6 +68,17 @@ void MisuseTable::prior_score_rows() {
     const auto depth = SPLAT_WRONG(splat_prior_compare_depth);
     images(depth, "truth", map);
     images(SPLAT_WRONG(splat_prior_compare_normals), "truth", vectors);
+    const splat_image plane = {
+        g_broken_planes.data(), 0, SPLAT_PIXEL_F32, 48, 48, 4, 0, 0, 0};
+    const auto compare_planes = SPLAT_WRONG(splat_prior_compare_planes);
+    for (const char* parameter : {"prediction", "truth"})
+        compare_planes.each(parameter, "of three channels", kShape, vectors)
+            .each(parameter, "another size", kShape, of_width(plane, 40))
+            .each(parameter, "not finite", kArgument, plane)
+            .each(parameter, "NULL", kArgument, nullptr);
+    compare_planes.each("flags", "unknown", kArgument, 4U, UINT32_MAX)
+        .each("max_distance", "out of range", kArgument, -1, NAN)
+        .each("max_degrees", "out of range", kArgument, -1, 181, NAN);
     images(SPLAT_WRONG(splat_prior_compare_masks), "alpha", map);
     images(SPLAT_WRONG(splat_prior_compare_images), "truth", vectors);
     SPLAT_WRONG(splat_prior_compare_images)
@@ -139,6 +155,21 @@ void MisuseTable::prior_model_rows() {
         .each("depth", "three channels", kShape, vectors)
         .each("normal", "one channel", kShape, map)
         .given("desc", relative)
+        .each("depth", "relative depth above 1", kArgument,
+              changed(map, [](auto& i) { i.pixels = g_twos.data(); }));
+    const auto rules = wrong_structs<splat_planes_desc>("splat_planes_from_depth");
+    rules("an angle above 90", kArgument, [](auto& d) { d.max_degrees = 91; });
+    rules("an offset below 0", kArgument, [](auto& d) { d.max_offset = -0.1; });
+    rules("too small planes", kArgument, [](auto& d) { d.least_share = 1e-4; });
+    rules("no number", kArgument, [](auto& d) { d.least_share = NAN; });
+    rules("vectors in F32", SPLAT_OK, [](auto& d) { d.flags = SPLAT_NORMAL_VECTORS; });
+    SPLAT_WRONG(splat_planes_from_depth)
+        .each("depth", "three channels", kShape, vectors)
+        .each("normal", "one channel", kShape, map)
+        .each("normal", "not finite", kArgument, broken(vectors))
+        .each("plane", "three channels", kShape, vectors)
+        .as_is("desc", "NULL: the defaults", SPLAT_OK)
+        .given("camera", relative)
         .each("depth", "relative depth above 1", kArgument,
               changed(map, [](auto& i) { i.pixels = g_twos.data(); }));
     const auto invalid = wrong_structs<splat_prior_model_desc>("splat_prior_model_create");

@@ -62,6 +62,24 @@ TEST(ApiPriors, NormalsOfBytes) {
     EXPECT_GT(scores.mean, 179);
 }
 
+TEST(ApiPriors, PlanesAreEncodedOrVectors) {
+    // Two planes of two pixels; of the second one pixel is missing.
+    Floats truth = {0, 0, -1, 2, 0, 0, -1, 2, 1, 0, 0, 3, 1, 0, 0, 3}, p = truth;
+    std::fill(p.begin() + 12, p.end(), 0.0F);
+    const splat_image a = packed_image(p, 4, 1, 4), b = packed_image(truth, 4, 1, 4);
+    auto scores = got(splat_prior_compare_planes, &a, &b, SPLAT_NORMAL_VECTORS, 0.05, 10);
+    EXPECT_EQ(scores.pixels, 4U);
+    EXPECT_EQ(scores.predicted_planes, 2U);
+    EXPECT_EQ(scores.true_planes, 2U);
+    EXPECT_EQ(scores.covering, 0.75);
+    EXPECT_EQ(scores.recall, 0.5);
+    EXPECT_EQ(scores.precision, 0.5);
+    for (Floats* map : {&truth, &p})
+        for (std::size_t i = 0; i < map->size(); ++i)
+            if (i % 4 != 3) (*map)[i] = ((*map)[i] + 1) / 2;
+    EXPECT_EQ(got(splat_prior_compare_planes, &a, &b, 0, 0.05, 10).covering, 0.75);
+}
+
 TEST(ApiPriors, MasksOfBytesAndTheirAlpha) {
     std::vector<unsigned char> p = {255, 255, 0, 0}, alpha = {255, 100, 1, 0};
     const splat_image a = packed_image(p, 2, 2, 1), b = packed_image(alpha, 2, 2, 1);

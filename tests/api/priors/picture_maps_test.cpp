@@ -1,4 +1,5 @@
 // Maps without a network, and presets. Needs neither a device nor ONNX Runtime.
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -107,6 +108,65 @@ TEST(ApiPictureMaps, NormalsDoNotBendAtEdgesAndHolesHaveNone) {
         EXPECT_EQ(normal[3 * i + 2], hole ? 127 : 0) << i;
         EXPECT_EQ(normal[3 * i], 127) << i;
     }
+}
+
+/// Two planes side by side: one through (0, 0, 5), the other at z = 9.
+Floats two_planes() {
+    Floats depth = plane_depth({0.6, 0, -0.8});
+    for (std::size_t i = 0; i < depth.size(); ++i)
+        if (i % 24 >= 14) depth[i] = 9;
+    depth[3] = 0;
+    depth[4] = std::numeric_limits<float>::quiet_NaN();
+    return depth;
+}
+
+TEST(ApiPictureMaps, PlanesAreNumbersOrFromZeroToOne) {
+    Floats depth = two_planes(), plane(depth.size() * 4), share(plane.size());
+    std::vector<std::uint8_t> bytes(plane.size());
+    auto camera = sized<splat_normals_desc>();
+    camera.focal_x = camera.focal_y = 30;
+    auto desc = sized<splat_planes_desc>();
+    desc.flags = SPLAT_NORMAL_VECTORS;
+    const splat_image from = packed_image(depth, 24, 20, 1), to = packed_image(plane, 24, 20, 4),
+                      shares = packed_image(share, 24, 20, 4),
+                      in_bytes = packed_image(bytes, 24, 20, 4);
+    std::uint32_t count = 9;
+    EXPECT_DONE(splat_planes_from_depth(&from, nullptr, &camera, &desc, &to, &count));
+    EXPECT_EQ(count, 2U);
+    EXPECT_DONE(splat_planes_from_depth(&from, nullptr, &camera, nullptr, &shares, nullptr));
+    EXPECT_DONE(splat_planes_from_depth(&from, nullptr, &camera, nullptr, &in_bytes, nullptr));
+    for (std::size_t i = 0; i < depth.size(); ++i) {
+        const bool right = i % 24 >= 14, none = i == 3 || i == 4;
+        const double n[] = {right ? 0 : 0.6, 0, right ? -1 : -0.8, right ? 9.0 : 4.0};
+        for (std::size_t k = 0; k < 4; ++k) {
+            const double unit = k < 3 ? (n[k] + 1) / 2 : n[k] / 9;
+            EXPECT_NEAR(plane[4 * i + k], none ? 0 : n[k], 1e-4) << i << " " << k;
+            EXPECT_NEAR(share[4 * i + k], none ? 0 : unit, 1e-4) << i << " " << k;
+            EXPECT_NEAR(bytes[4 * i + k], none ? 0 : 255 * unit, 0.51) << i << " " << k;
+        }
+    }
+    EXPECT_REFUSED(splat_planes_from_depth(&from, nullptr, &camera, &desc, &in_bytes, nullptr),
+                   kArgument, "plane has bytes, expected F16 or F32");
+    desc.least_share = 0.5;
+    EXPECT_DONE(splat_planes_from_depth(&from, nullptr, &camera, &desc, &to, &count));
+    EXPECT_EQ(count, 1U) << "the other has 200 of 480 pixels";
+}
+
+TEST(ApiPictureMaps, PlanesTakeNormalMaps) {
+    Floats depth = two_planes(), plane(depth.size() * 4), normal;
+    for (std::size_t i = 0; i < depth.size(); ++i)
+        for (const float n :
+             i % 24 >= 14 ? std::array{0.5F, 0.5F, 0.0F} : std::array{0.5F, 0.5F, 0.5F})
+            normal.push_back(n);  // the left plane has none
+    auto camera = sized<splat_normals_desc>();
+    camera.focal_x = camera.focal_y = 30;
+    const splat_image from = packed_image(depth, 24, 20, 1), with = packed_image(normal, 24, 20, 3),
+                      to = packed_image(plane, 24, 20, 4);
+    std::uint32_t count = 0;
+    EXPECT_DONE(splat_planes_from_depth(&from, &with, &camera, nullptr, &to, &count));
+    EXPECT_EQ(count, 1U);
+    EXPECT_EQ(plane[4 * 24 * 10 + 3], 0);
+    EXPECT_EQ(plane[4 * (24 * 10 + 20) + 3], 1);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// vkrun priors: depth maps, normals, masks and edges of pictures, and shapes.
+// vkrun priors: depth maps, normals, masks, edges and planes of pictures, and shapes.
 
 #include <CLI/CLI.hpp>
 

@@ -1,4 +1,4 @@
-// vkrun priors eval: scores depth maps, normals or masks against true ones. Needs no device.
+// vkrun priors eval: scores depth maps, normals, masks or planes against true ones. Needs no device.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -18,8 +18,9 @@ namespace {
 
 constexpr const char* kPriorsEvalFooter =
     R"(PRED and TRUTH are folders of .png, .npy, .pfm, .pgm, .jpg or .webp files, paired by their paths below the
-folders without the extension; or data sets in SRN's layout, whose maps lie in OBJECT/depth, normal and mask. A
-true mask may be the alpha of TRUTH's pictures. Normals are (n + 1) / 2 in images and vectors in .npy and .pfm files.
+folders without the extension; or data sets in SRN's layout, whose maps lie in OBJECT/depth, normal, mask and plane.
+A true mask may be the alpha of TRUTH's pictures. Normals are (n + 1) / 2 in images and vectors in .npy and .pfm files.
+Planes are .npy files of 'vkrun priors plane'; they are found within 0.05, 5 cm of maps in metres, and 10 degrees.
 
 Each score gets its mean, its median and its worst map; two or more PRED are also compared map by map. OUT gets
 per_map.csv, results.json, box.svg, scatter.svg, and report.html with all of it and the worst maps.
@@ -60,6 +61,8 @@ void check_options(const PriorsEvalOptions& options) {
     if (options.scores.published && options.scores.kind == "mask")
         throw Failure(kUsageError,
                       "--published changes nothing for masks, which are always scored so");
+    if (options.scores.published && options.scores.kind == "plane")
+        throw Failure(kUsageError, "--published is of depth and normals: planes were not scored");
     if (!options.out.empty()) check_target(options.out + "/report.html", options.overwrite);
 }
 
@@ -168,18 +171,19 @@ int eval_priors(const PriorsEvalOptions& options) {
 }  // namespace
 
 void add_priors_eval(CLI::App& priors, int& exit_code) {
-    CLI::App* command = add_command(
-        priors, "eval", "Score depth maps, normals or masks against true ones.", kPriorsEvalFooter);
+    CLI::App* command =
+        add_command(priors, "eval", "Score depth maps, normals, masks or planes against true ones.",
+                    kPriorsEvalFooter);
     const auto options = std::make_shared<PriorsEvalOptions>();
     command
         ->add_option("FOLDER", options->folders,
                      "PRED..., folders of predictions, and last TRUTH, that of the truth")
         ->required()
         ->type_name("");
-    command->add_option("--kind", options->scores.kind, "depth, normal or mask")
+    command->add_option("--kind", options->scores.kind, "depth, normal, mask or plane")
         ->type_name("NAME")
         ->capture_default_str()
-        ->check(one_of({"depth", "normal", "mask"}));
+        ->check(one_of({"depth", "normal", "mask", "plane"}));
     command
         ->add_option("--by", options->groups,
                      "File of lines 'GROUP NAME', such as 'easy car7' or 'hard car9/000004': each "

@@ -1,4 +1,4 @@
-// vkrun priors depth, normal, mask, edges: maps of pictures, by a network or without.
+// vkrun priors depth, normal, mask, edges, plane: maps of pictures, by a network or without.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -66,6 +66,17 @@ constexpr const char* kEdgesText =
 
 )";
 
+constexpr const char* kPlaneText =
+    R"(A plane map has for each pixel the normal of its plane and the plane's distance from the camera: in npy numbers
+in the camera's axes and the unit of the depth; in png and png16 (n + 1) / 2 as red, green and blue and, as alpha, the
+distance divided by that of the picture's farthest plane. All four are 0 where there is no plane: pixels of one plane
+have the same four numbers.
+
+Planes grow in depth maps that DIR or the data set has: .npy maps hold distances, others relative depth, from 1 / FAR
+(0) to 1 / NEAR (255). Depth maps of 8 bits are too coarse for normals: --normals takes those of the normal maps.
+
+)";
+
 constexpr const char* kEndText =
     R"(Existing maps are kept, so a run that was stopped is repeated to go on; a map appears whole or not at all. DIR
 gets priors-%s.json, and a run with another model or format does not mix its maps with those. --shard 0/4 to 3/4 on
@@ -104,10 +115,14 @@ constexpr MapText kMapTexts[] = {
     {"edges", "Make edges of pictures or depth maps.", kEdgesText, nullptr,
      R"(  vkrun priors edges photos --out maps
   vkrun priors edges data/srn_cars --out data/srn_cars --from-depth --operator canny
+)"},
+    {"plane", "Make maps of planes of depth maps.", kPlaneText, nullptr,
+     R"(  vkrun priors plane data/srn_chairs --out data/srn_chairs --distances 1.25 2.75 --normals
+  vkrun priors plane photos --out maps --fov 60 --format npy
 )"}};
 
 std::string help_of(const MapText& text) {
-    const char* const folder = text.channels != nullptr ? text.map : "OPERATOR";
+    const char* const folder = text.map == std::string_view("edges") ? "OPERATOR" : text.map;
     std::string help = format(kInText, folder, folder);
     if (text.channels != nullptr) help += kModelText;
     help += text.numbers;
@@ -119,7 +134,7 @@ int run_priors(MapOptions options, bool json) {
     options.edges.use = options.map == "edges" || options.preset == "edges";
     if (options.edges.use && options.edges.operators.empty())
         options.edges.operators = default_operators(options.map);
-    if (options.depth.use && !options.edges.use && options.map != "normal")
+    if (options.depth.use && !options.edges.use && !options.planes.use && options.map != "normal")
         throw Failure(kUsageError, "--from-depth goes with --preset edges, or makes normals");
     if (options.edges.use && (!options.depth.distances.empty() || options.depth.fov_degrees))
         throw Failure(kUsageError, "--distances and --fov have no effect on edges");
@@ -162,6 +177,44 @@ void add_model_options(CLI::App& command, MapOptions& o) {
     command.add_flag("--all", o.all, "Write every map that the model makes in the same pass");
 }
 
+void add_edge_options(CLI::App& command, MapOptions& o) {
+    command
+        .add_option("--operator", o.edges.operators,
+                    "Of edges: canny, sobel, scharr or prewitt; once for each channel")
+        ->type_name("NAME")
+        ->take_all()
+        ->expected(1)
+        ->allow_extra_args(false)
+        ->check(one_of(edge_operators()));
+    command.add_flag("--from-depth", o.depth.use,
+                     std::string(o.map == "normal"  ? "Normals or edges"
+                                 : o.map == "edges" ? "Edges"
+                                                    : "With --preset edges: edges") +
+                         " of the depth maps in DIR, or of the data set");
+}
+
+void add_plane_options(CLI::App& command, PlaneOptions& planes) {
+    planes.use = true;
+    command.add_flag(
+        "--normals", planes.normals,
+        "Normals of the normal maps in DIR, or of the data set; default: of the depth");
+    const struct {
+        const char *name, *about, *type;
+        double& value;
+        double least, most;
+    } rules[] = {{"--degrees", "Most angle between a pixel's normal and its plane's", "DEG",
+                  planes.degrees, 0.1, 90},
+                 {"--offset", "Most distance of a pixel from its plane, as a share of its depth",
+                  "SHARE", planes.offset, 1e-6, 1},
+                 {"--least", "Pixels of the smallest plane, as a share of the map's", "SHARE",
+                  planes.least, 1e-3, 1}};
+    for (const auto& rule : rules)
+        command.add_option(rule.name, rule.value, rule.about)
+            ->type_name(rule.type)
+            ->capture_default_str()
+            ->check(CLI::Range(rule.least, rule.most).description(""));
+}
+
 void add_map(CLI::App& priors, const MapText& text, int& exit_code) {
     CLI::App* command = add_command(priors, text.map, text.sentence, help_of(text));
     const auto options = std::make_shared<MapOptions>();
@@ -172,25 +225,17 @@ void add_map(CLI::App& priors, const MapText& text, int& exit_code) {
         ->required()
         ->type_name("");
     command->add_option("--out", o.out, "Folder for the maps")->required()->type_name("DIR");
-    if (o.map != "edges") add_model_options(*command, o);
-    command
-        ->add_option("--operator", o.edges.operators,
-                     "Of edges: canny, sobel, scharr or prewitt; once for each channel")
-        ->type_name("NAME")
-        ->take_all()
-        ->expected(1)
-        ->allow_extra_args(false)
-        ->check(one_of(edge_operators()));
-    command->add_flag("--from-depth", o.depth.use,
-                      std::string(o.map == "normal"  ? "Normals or edges"
-                                  : o.map == "edges" ? "Edges"
-                                                     : "With --preset edges: edges") +
-                          " of the depth maps in DIR, or of the data set");
+    if (o.map == "plane")
+        o.depth.use = true;
+    else if (o.map != "edges")
+        add_model_options(*command, o);
+    if (o.map != "plane") add_edge_options(*command, o);
     command->add_option("--format", o.format, "png, png16 or npy")
         ->type_name("NAME")
         ->capture_default_str()
         ->check(one_of({"png", "png16", "npy"}));
-    if (o.map == "normal") {
+    if (o.map == "plane") add_plane_options(*command, o.planes);
+    if (o.map == "normal" || o.map == "plane") {
         command
             ->add_option("--distances", o.depth.distances,
                          "Nearest and farthest distance of relative depth maps (1 and 0)")

@@ -16,14 +16,15 @@ namespace {
 namespace fs = std::filesystem;
 namespace os = splat::os;
 
-fs::path depth_path(const MapJob& job) {
+/// Of a map that is there, such as "depth".
+fs::path path_of_map(const MapJob& job, const std::string& map) {
     const fs::path beside =
-        job.picture.parent_path().parent_path() / "depth" / os::path_of(job.stem);
+        job.picture.parent_path().parent_path() / os::path_of(map) / os::path_of(job.stem);
     std::error_code none;
-    for (const fs::path& path : {job.map_path("depth", ".npy"), job.map_path("depth", ".png"),
+    for (const fs::path& path : {job.map_path(map, ".npy"), job.map_path(map, ".png"),
                                  os::path_of(os::text_of(beside) + ".png")})
         if (fs::exists(path, none)) return path;
-    throw Failure(kBadData, "no depth map '" + os::text_of(job.map_path("depth", ".png")) +
+    throw Failure(kBadData, "no " + map + " map '" + os::text_of(job.map_path(map, ".png")) +
                                 "' or '" + os::text_of(beside) + ".png'");
 }
 
@@ -40,15 +41,15 @@ double focal_of(const MapJob& job, const DepthOptions& options, double width) {
     return numbers.front() / numbers.back() * width;
 }
 
-LoadedDepth load_file(const fs::path& path) {
+LoadedDepth load_file(const fs::path& path, std::uint32_t channels = 1) {
     LoadedDepth loaded;
     loaded.image.type = SPLAT_PIXEL_F32;
     check(splat_image_load(os::text_of(path).c_str(), &loaded.image, nullptr), kBadData);
-    if (loaded.image.channels != 1)
+    if (loaded.image.channels != channels)
         throw Failure(kBadData, "'" + os::text_of(path) + "' has " +
-                                    std::to_string(loaded.image.channels) +
-                                    " channels, expected 1");
-    loaded.values.resize(std::size_t{loaded.image.width} * loaded.image.height);
+                                    std::to_string(loaded.image.channels) + " channels, expected " +
+                                    std::to_string(channels));
+    loaded.values.resize(std::size_t{loaded.image.width} * loaded.image.height * channels);
     loaded.image.pixels = loaded.values.data();
     check(splat_image_load(os::text_of(path).c_str(), &loaded.image, nullptr), kBadData);
     return loaded;
@@ -73,7 +74,7 @@ std::string inverse_preset_of(const std::string& folder) {
 }
 
 LoadedDepth load_depth_plane(const MapJob& job) {
-    const fs::path path = depth_path(job);
+    const fs::path path = path_of_map(job, "depth");
     LoadedDepth loaded = load_file(path);
     if (path.extension() != ".npy") return loaded;
     const auto [least, most] = std::minmax_element(loaded.values.begin(), loaded.values.end());
@@ -84,7 +85,7 @@ LoadedDepth load_depth_plane(const MapJob& job) {
 }
 
 LoadedDepth load_depth(const MapJob& job, const DepthOptions& options) {
-    const fs::path path = depth_path(job);
+    const fs::path path = path_of_map(job, "depth");
     const bool numbers = path.extension() == ".npy";
     if (numbers && !options.inverse_preset.empty())
         throw Failure(kUsageError, "'" + os::text_of(path) + "' has the inverse depth of preset '" +
@@ -102,6 +103,15 @@ LoadedDepth load_depth(const MapJob& job, const DepthOptions& options) {
         loaded.desc.nearest = options.distances[0];
         loaded.desc.farthest = options.distances[1];
     }
+    return loaded;
+}
+
+LoadedDepth load_normals(const MapJob& job, bool vectors) {
+    const fs::path path = path_of_map(job, "normal");
+    LoadedDepth loaded = load_file(path, 3);
+    const bool numbers = path.extension() == ".npy";
+    for (float& n : loaded.values)
+        if (numbers != vectors) n = vectors ? 2 * n - 1 : (n + 1) / 2;
     return loaded;
 }
 

@@ -19,7 +19,7 @@ struct DepthOptions {
     std::string inverse_preset;  ///< made the .npy, which are no distances then; may be empty
 };
 
-/// A depth map in memory.
+/// A depth map, or one of normals, in memory.
 struct LoadedDepth {
     std::vector<float> values;
     splat_image image{};  ///< view of `values`
@@ -36,5 +36,8 @@ LoadedDepth load_depth_plane(const MapJob& job);
 /// The same depth map with its own numbers, and its camera. Throws a Failure: of usage for numbers that are no
 /// distances, else of bad data.
 LoadedDepth load_depth(const MapJob& job, const DepthOptions& options);
+
+/// The normal map of a picture, found like its depth map: x, y, z, or (n + 1) / 2. Throws a Failure of bad data.
+LoadedDepth load_normals(const MapJob& job, bool vectors);
 
 }  // namespace vkrun

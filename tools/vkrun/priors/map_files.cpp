@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace os = splat::os;
 
 /// Folders of an object in SRN's layout.
-const std::set<std::string> kLayout = {"rgb", "depth", "normal", "mask"};
+const std::set<std::string> kLayout = {"rgb", "depth", "normal", "mask", "plane"};
 
 bool is_map_file(const fs::path& path) {
     static const std::set<std::string> extensions = {".png", ".npy",  ".jpg", ".jpeg",

@@ -13,7 +13,7 @@ namespace vkrun {
 using MapFiles = std::map<std::string, std::filesystem::path>;
 
 /// The maps below a folder: files that splat_image_load reads. Where some lie in folders named `kind` ("depth",
-/// "normal", "mask"), as in SRN's layout, only those, and their names leave that folder out; masks may also be
+/// "normal", "mask", "plane"), as in SRN's layout, only those, and their names leave that folder out; masks may also be
 /// the alpha of pictures in folders named rgb. Other folders of that layout hold no maps of the kind, and names
 /// that start with '.' are skipped. Throws a Failure of bad data if there is no map, or two have one name.
 MapFiles find_maps(const std::filesystem::path& folder, const std::string& kind);

@@ -76,6 +76,12 @@ void check_record(const MapRun& run, const MapKind& kind) {
         wanted["operators"] = run.options.edges.operators;
         wanted["of"] = run.options.depth.use ? "depth" : "picture";
     }
+    if (const PlaneOptions& planes = run.options.planes; planes.use) {
+        wanted["normals"] = planes.normals ? "maps" : "of depth";
+        wanted["degrees"] = planes.degrees;
+        wanted["offset"] = planes.offset;
+        wanted["least"] = planes.least;
+    }
     if (const fs::path model = os::path_of(run.report.model); !model.empty())
         wanted["model"] = {{"file", os::text_of(model.filename())},
                            {"bytes", fs::file_size(model, none)}};
@@ -177,6 +183,31 @@ void make_normals(MapRun& run, const MapJob& job) {
     }
 }
 
+void make_planes(MapRun& run, const MapJob& job) {
+    const PlaneOptions& options = run.options.planes;
+    try {
+        const LoadedDepth depth = load_depth(job, run.options.depth);
+        auto desc = sized<splat_planes_desc>();
+        const bool vectors = run.options.format == "npy";
+        desc.flags = vectors ? SPLAT_NORMAL_VECTORS : 0;
+        desc.max_degrees = options.degrees;
+        desc.max_offset = options.offset;
+        desc.least_share = options.least;
+        LoadedDepth normals;
+        if (options.normals) normals = load_normals(job, vectors);
+        MapPixels pixels;
+        const splat_image plane = map_target(run, run.kinds.front(), depth.image, pixels);
+        check(splat_planes_from_depth(&depth.image, options.normals ? &normals.image : nullptr,
+                                      &depth.desc, &desc, &plane, nullptr),
+              kBadData);
+        write_map(run, job, run.kinds.front(), plane);
+        ++run.report.made;
+    } catch (const Failure& failure) {
+        if (failure.code() != kBadData) throw;
+        complain(run, job, failure.what());
+    }
+}
+
 /// Write channels `first` to `first` + those of the kind, of edges [height,width,channels].
 void write_edges(const MapRun& run, const MapJob& job, const MapKind& kind, std::size_t first,
                  const std::vector<float>& edges, const splat_image& plane) {
@@ -219,7 +250,9 @@ void make_batch(MapRun& run, const std::vector<MapJob>& batch) {
     std::vector<LoadedPicture> pictures;
     for (const MapJob& job : batch) {
         if (run.options.edges.use || run.options.depth.use) {
-            run.options.edges.use ? make_edges(run, job) : make_normals(run, job);
+            run.options.edges.use    ? make_edges(run, job)
+            : run.options.planes.use ? make_planes(run, job)
+                                     : make_normals(run, job);
             continue;
         }
         try {
@@ -274,6 +307,12 @@ void choose_maps(MapRun& run) {
         refuse_options(options, options.of_models,
                        "without a model: name one with --preset or --model");
     if (options.edges.use) return choose_edges(run);
+    if (options.planes.use) {
+        run.kinds.push_back({"plane", 0, 4, nullptr});
+        run.report.preset = "from-depth";
+        run.report.maps.emplace_back("plane");
+        return;
+    }
     if (!options.edges.operators.empty())
         throw Failure(kUsageError, "--operator goes with --preset edges");
     std::uint32_t maps = SPLAT_DATA_MASK;

@@ -12,8 +12,15 @@
 
 namespace vkrun {
 
+/// Planes of depth maps.
+struct PlaneOptions {
+    bool use = false;
+    bool normals = false;  ///< of the normal maps, else by differences of the depth
+    double degrees = 15, offset = 0.02, least = 0.005;  ///< splat_planes_desc
+};
+
 struct MapOptions {
-    std::string map;  ///< "depth", "normal", "mask", "edges"
+    std::string map;  ///< "depth", "normal", "mask", "edges", "plane"
     std::string in, out;
     std::string model, preset, runtime;
     std::string format = "png";  ///< "png", "png16", "npy"
@@ -24,6 +31,7 @@ struct MapOptions {
     std::vector<std::string> of_models;  ///< given ones of --runtime, --tokens, --device
     DepthOptions depth;                  ///< normals without a model, edges of depth maps
     EdgeOptions edges;
+    PlaneOptions planes;
     bool all = false;  ///< every map that the model makes
     bool overwrite = false;
 };

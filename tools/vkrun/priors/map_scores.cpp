@@ -170,6 +170,23 @@ std::vector<double> mask_scores(const std::filesystem::path& prediction,
     return {s.iou, s.f_beta, s.mae, s.precision, s.recall};
 }
 
+/// Of 5 cm and 10 degrees, for maps in metres.
+std::vector<double> plane_scores(const std::filesystem::path& prediction,
+                                 const std::filesystem::path& truth) {
+    constexpr double kDistance = 0.05, kDegrees = 10;
+    const StoredMap p = load_map(prediction), g = load_map(truth);
+    for (const auto& [map, path] : {std::pair(&p, &prediction), {&g, &truth}})
+        if (!map->numbers || map->image.channels != 4)
+            throw Failure(kBadData, "'" + splat::os::text_of(*path) +
+                                        "' has no distances of planes, expected a .npy with 4 "
+                                        "channels: 'vkrun priors plane --format npy' makes them");
+    const splat_image a = p.channels(0, 4), b = g.channels(0, 4);
+    auto s = sized<splat_plane_scores>();
+    check(splat_prior_compare_planes(&a, &b, SPLAT_NORMAL_VECTORS, kDistance, kDegrees, &s),
+          kBadData);
+    return {s.covering, s.recall, s.precision};
+}
+
 }  // namespace
 
 const std::vector<MapMetric>& metrics_of(const std::string& kind) {
@@ -188,13 +205,16 @@ const std::vector<MapMetric>& metrics_of(const std::string& kind) {
                                                 {"mae", false, 5},
                                                 {"precision", true, 4},
                                                 {"recall", true, 4}};
-    return kind == "depth" ? depth : kind == "normal" ? normal : mask;
+    static const std::vector<MapMetric> plane = {
+        {"covering", true, 4}, {"recall", true, 4}, {"precision", true, 4}};
+    return kind == "depth" ? depth : kind == "normal" ? normal : kind == "plane" ? plane : mask;
 }
 
 std::vector<double> score_map(const std::filesystem::path& prediction,
                               const std::filesystem::path& truth, const ScoreOptions& options) {
     if (options.kind == "depth") return depth_scores(prediction, truth, options);
     if (options.kind == "normal") return normal_scores(prediction, truth, options);
+    if (options.kind == "plane") return plane_scores(prediction, truth);
     return mask_scores(prediction, truth, options);
 }
 
@@ -213,6 +233,16 @@ std::string explain_scores(const ScoreOptions& options) {
                                     "one, and with the true background (188, 188, 188) in "
                                     "predictions, as published."
                                   : "VIF with values of 0 to 255.");
+    if (options.kind == "plane")
+        return "The covering is the mean over the pixels of true planes of the best intersection "
+               "over "
+               "union of their plane. A true plane is found (recall) by a predicted one with more "
+               "than "
+               "0.5 of that, a normal within 10 degrees and a distance from the camera within "
+               "0.05, "
+               "which is 5 cm of maps in metres; the precision is the share of predicted planes "
+               "that "
+               "find one.";
     return std::string(
                "A prediction counts where it is above 0.5, the truth where alpha, or a gray "
                "mask, is above ") +

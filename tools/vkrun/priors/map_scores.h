@@ -16,7 +16,7 @@ struct MapMetric {
 };
 
 struct ScoreOptions {
-    std::string kind = "depth";  ///< "depth", "normal" or "mask"
+    std::string kind = "depth";  ///< "depth", "normal", "mask" or "plane"
     bool published = false;
     bool half = false;  ///< the true mask is where alpha > 0.5
 };

@@ -33,8 +33,8 @@ from .optimizer import Group, Optimizer
 from .picture import Picture, cut_picture
 from .predictor import Prediction, Predictor
 from .priors import (Mesh, PriorModel, compare_depth, compare_fidelity, compare_masks, compare_normals,
-                     depth_points, filter_map, mesh_points, normals_from_depth, picture_mask,
-                     prior_preset, prior_preset_text, prior_presets)
+                     compare_planes, depth_points, filter_map, mesh_points, normals_from_depth,
+                     picture_mask, planes_from_depth, prior_preset, prior_preset_text, prior_presets)
 from .rasterizer import RasterState, Rasterizer, render
 from .run import Event, Fit, Run, Scoring
 from .scene import Scene, scene_formats
@@ -54,11 +54,11 @@ __all__ = [
     "PriorModel", "Ranks", "RasterState", "Rasterizer", "Result", "Run", "RunEventKind", "Scene",
     "SceneFormat", "Scoring", "ShapeMismatch", "SkipFlags", "Tensor", "Timeout", "Trainer", "Training",
     "Unsupported", "Verdict", "Weights", "animation_to_bytes", "builtin_weights", "cameras_to_bytes",
-    "compare_depth", "compare_fidelity", "compare_images", "compare_masks", "compare_normals",
+    "compare_depth", "compare_fidelity", "compare_images", "compare_masks", "compare_normals", "compare_planes",
     "config_keys", "config_merge", "config_preset", "config_presets", "config_warnings",
     "cut_picture", "default_device", "depth_points", "describe", "devices", "export_dataset",
     "filter_map", "import_tables", "mesh_points", "normals_from_depth", "operators", "path_name",
-    "picture_mask",
+    "picture_mask", "planes_from_depth",
     "prepare_co3d", "prior_preset",
     "prior_preset_text", "prior_presets", "render", "save_animation", "save_cameras",
     "scene_formats", "set_decode_limits", "set_log", "write_synthetic",

@@ -27,8 +27,9 @@ WORDS = {
     'SPLAT_MESH_UNIT_SPHERE': "'unit_sphere'", 'SPLAT_MODEL_GRADIENTS': 'gradients=True',
     'SPLAT_MODEL_INPUT_GRADIENTS': 'input_gradients=True', 'SPLAT_MODEL_RECOMPUTE': 'recompute=True',
     'SPLAT_MODULE_GRADIENTS': 'gradients=True', 'SPLAT_MODULE_INPUT_GRADIENTS': 'input_gradients=True',
-    'SPLAT_PASS_TENSORS': 'tensors=True', 'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel',
-    'SPLAT_PIXEL_F16': "'f16'", 'SPLAT_PIXEL_F32': "'f32'", 'SPLAT_PIXEL_U8': "'u8'", 'SPLAT_PORT_KIND_': 'PortKind',
+    'SPLAT_NORMAL_VECTORS': 'vectors=True', 'SPLAT_PASS_TENSORS': 'tensors=True',
+    'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel', 'SPLAT_PIXEL_F16': "'f16'",
+    'SPLAT_PIXEL_F32': "'f32'", 'SPLAT_PIXEL_U8': "'u8'", 'SPLAT_PORT_KIND_': 'PortKind',
     'SPLAT_RASTERIZER_ANTIALIASED': 'antialiased=True', 'SPLAT_RASTERIZER_BACKWARD': 'backward=True',
     'SPLAT_RASTERIZER_CONTRIBUTIONS': 'contributions=True', 'SPLAT_RASTERIZER_DEPTH': 'depth=True',
     'SPLAT_RASTERIZER_DIRECT_COLORS': 'direct_colors=True', 'SPLAT_RASTERIZER_GRAD_DEPTH': 'grad_depth=True',
@@ -1899,6 +1900,14 @@ class splat_normals_desc(Structure):
     ]
 
 
+class splat_planes_desc(Structure):
+    struct_size: int; flags: int; next: Any; max_degrees: float; max_offset: float; least_share: float
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("max_degrees", c_double),
+        ("max_offset", c_double), ("least_share", c_double),
+    ]
+
+
 class splat_depth_scores(Structure):
     struct_size: int; reserved: int; pixels: int; abs_rel: float; rmse: float; si_rmse: float; within: Any
     scale: float; shift: float
@@ -1914,6 +1923,15 @@ class splat_normal_scores(Structure):
     _fields_ = [
         ("struct_size", c_uint32), ("reserved", c_uint32), ("pixels", c_uint64), ("missing", c_uint64),
         ("mean", c_double), ("median", c_double), ("rmse", c_double), ("within", c_double * 3),
+    ]
+
+
+class splat_plane_scores(Structure):
+    struct_size: int; reserved: int; pixels: int; predicted_planes: int; true_planes: int; covering: float
+    recall: float; precision: float
+    _fields_ = [
+        ("struct_size", c_uint32), ("reserved", c_uint32), ("pixels", c_uint64), ("predicted_planes", c_uint64),
+        ("true_planes", c_uint64), ("covering", c_double), ("recall", c_double), ("precision", c_double),
     ]
 
 
@@ -2368,6 +2386,10 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("focal_x", 16, 8), ("focal_y", 24, 8),
         ("center_x", 32, 8), ("center_y", 40, 8), ("nearest", 48, 8), ("farthest", 56, 8),
     )),
+    "splat_planes_desc": (splat_planes_desc, False, 40, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("max_degrees", 16, 8), ("max_offset", 24, 8),
+        ("least_share", 32, 8),
+    )),
     "splat_depth_scores": (splat_depth_scores, False, 80, (
         ("struct_size", 0, 4), ("reserved", 4, 4), ("pixels", 8, 8), ("abs_rel", 16, 8), ("rmse", 24, 8),
         ("si_rmse", 32, 8), ("within", 40, 24), ("scale", 64, 8), ("shift", 72, 8),
@@ -2375,6 +2397,10 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     "splat_normal_scores": (splat_normal_scores, False, 72, (
         ("struct_size", 0, 4), ("reserved", 4, 4), ("pixels", 8, 8), ("missing", 16, 8), ("mean", 24, 8),
         ("median", 32, 8), ("rmse", 40, 8), ("within", 48, 24),
+    )),
+    "splat_plane_scores": (splat_plane_scores, False, 56, (
+        ("struct_size", 0, 4), ("reserved", 4, 4), ("pixels", 8, 8), ("predicted_planes", 16, 8),
+        ("true_planes", 24, 8), ("covering", 32, 8), ("recall", 40, 8), ("precision", 48, 8),
     )),
     "splat_mask_scores": (splat_mask_scores, False, 64, (
         ("struct_size", 0, 4), ("reserved", 4, 4), ("predicted_pixels", 8, 8), ("true_pixels", 16, 8),
@@ -2652,10 +2678,14 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_prior_model_destroy", c_int32, (c_void_p,)),
     ("splat_picture_mask", c_int32, (POINTER(splat_image), POINTER(splat_image), POINTER(c_int32))),
     ("splat_normals_from_depth", c_int32, (POINTER(splat_image), POINTER(splat_normals_desc), POINTER(splat_image))),
+    ("splat_planes_from_depth", c_int32, (POINTER(splat_image), POINTER(splat_image), POINTER(splat_normals_desc),
+        POINTER(splat_planes_desc), POINTER(splat_image), POINTER(c_uint32))),
     ("splat_prior_compare_depth", c_int32, (POINTER(splat_image), POINTER(splat_image), POINTER(splat_image),
         c_uint32, POINTER(splat_depth_scores))),
     ("splat_prior_compare_normals", c_int32, (POINTER(splat_image), POINTER(splat_image), POINTER(splat_image),
         c_uint32, POINTER(splat_normal_scores))),
+    ("splat_prior_compare_planes", c_int32, (POINTER(splat_image), POINTER(splat_image), c_uint32, c_double, c_double,
+        POINTER(splat_plane_scores))),
     ("splat_prior_compare_masks", c_int32, (POINTER(splat_image), POINTER(splat_image), c_uint32,
         POINTER(splat_mask_scores))),
     ("splat_prior_compare_images", c_int32, (POINTER(splat_image), POINTER(splat_image), c_uint32,

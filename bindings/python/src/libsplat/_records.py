@@ -819,6 +819,26 @@ class NormalScores(Record):
 
 
 @dataclass(frozen=True)
+class PlaneScores(Record):
+    """How well predicted planes are the true ones; IoU is intersection over union of their pixels.
+
+    pixels            pixels on true planes
+    predicted_planes  planes of the prediction
+    true_planes       planes of the truth
+    covering          mean over the pixels of true planes of their plane's best IoU, 0 to 1
+    recall            share of the true planes that a predicted one finds
+    precision         share of the predicted planes that find a true one; 0 without any
+    """
+
+    pixels: int
+    predicted_planes: int
+    true_planes: int
+    covering: float
+    recall: float
+    precision: float
+
+
+@dataclass(frozen=True)
 class MaskScores(Record):
     """How well a soft mask p, binary where p > 0.5, covers the true one. Shares have 1e-6 in their denominators,
     as published: an empty truth scores 0.

@@ -19,7 +19,7 @@ from ._errors import Error, InvalidArgument, NotFound, ShapeMismatch, check, dir
 from ._handle import Handle, made
 from ._library import lib
 from ._records import (DepthScores, FidelityScores, MaskScores, MeshInfo, NormalScores,
-                       PriorModelInfo)
+                       PlaneScores, PriorModelInfo)
 from ._text import (PathLike, choice, encoded, flags_of, json_from, json_of, path_of,
                     text_from)
 from .camera import Camera, camera_array
@@ -73,6 +73,22 @@ def compare_normals(prediction: ArrayLike, truth: ArrayLike, mask: Optional[Arra
     return NormalScores.of(scores)
 
 
+def compare_planes(prediction: ArrayLike, truth: ArrayLike, *, max_distance: float = 0.05,
+                   max_degrees: float = 10, vectors: bool = True) -> PlaneScores:
+    """Covering, recall and precision of planes [height,width,4]: normals and distances, <= 0 for none.
+
+    max_distance  most difference of the distances of a plane that is found, as 5 cm of metres
+    max_degrees   most angle between its normals
+    vectors       normals are x, y, z from -1 to 1, not (n + 1) / 2
+    Raises ShapeMismatch, InvalidArgument.
+    """
+    scores = _empty(_native.splat_plane_scores)
+    check(lib.splat_prior_compare_planes(*_pair(prediction, truth, ("prediction", "truth")),
+                                         flags_of((vectors, _native.NormalFlags.VECTORS)),
+                                         max_distance, max_degrees, byref(scores)))
+    return PlaneScores.of(scores)
+
+
 def compare_masks(prediction: ArrayLike, alpha: ArrayLike, *, half: bool = False) -> MaskScores:
     """Overlap of a soft mask with the true one, which is where alpha > 0, or with `half` > 0.5.
 
@@ -121,6 +137,14 @@ def picture_mask(picture: ArrayLike) -> Tuple[NDArray[np.uint8], _native.Found]:
     return mask, _native.Found(found.value)
 
 
+def _camera(focal: float, center: Tuple[float, float], distances: Tuple[float, float]) -> Any:
+    desc = _empty(_native.splat_normals_desc)
+    desc.focal_x = desc.focal_y = focal
+    desc.center_x, desc.center_y = center
+    desc.nearest, desc.farthest = distances
+    return desc
+
+
 def normals_from_depth(depth: ArrayLike, focal: float, *, center: Tuple[float, float] = (0, 0),
                        distances: Tuple[float, float] = (0, 0)) -> Floats:
     """Normals [height,width,3] as (n + 1) / 2 in the camera's axes, of the surface that a depth map shows.
@@ -131,13 +155,34 @@ def normals_from_depth(depth: ArrayLike, focal: float, *, center: Tuple[float, f
     Raises ShapeMismatch, InvalidArgument.
     """
     image = _map(depth, "depth")
-    desc = _empty(_native.splat_normals_desc)
-    desc.focal_x = desc.focal_y = focal
-    desc.center_x, desc.center_y = center
-    desc.nearest, desc.farthest = distances
+    desc = _camera(focal, center, distances)
     normal = np.empty((image.height, image.width, 3), np.float32)
     check(lib.splat_normals_from_depth(byref(image), byref(desc), byref(image_struct(normal))))
     return normal
+
+
+def planes_from_depth(depth: ArrayLike, focal: float, normal: Optional[ArrayLike] = None, *,
+                      center: Tuple[float, float] = (0, 0), distances: Tuple[float, float] = (0, 0),
+                      max_degrees: float = 0, max_offset: float = 0, least_share: float = 0) -> Floats:
+    """Planes [height,width,4] of the surface that a depth map shows: the normal of each pixel's plane in the
+    camera's axes, and its distance from the camera; 0 without a plane.
+
+    normal       x, y, z [height,width,3]; None: by differences of the depth
+    max_degrees  most angle between a pixel's normal and its plane's; 0: 15
+    max_offset   most distance of a pixel from its plane, as a share of its depth; 0: 0.02
+    least_share  share of the pixels of the smallest plane; 0: 0.005
+    The rest as of normals_from_depth().
+    Raises ShapeMismatch, InvalidArgument.
+    """
+    image = _map(depth, "depth")
+    desc = _empty(_native.splat_planes_desc)
+    desc.flags = _native.NormalFlags.VECTORS
+    desc.max_degrees, desc.max_offset, desc.least_share = max_degrees, max_offset, least_share
+    plane = np.empty((image.height, image.width, 4), np.float32)
+    check(lib.splat_planes_from_depth(
+        byref(image), None if normal is None else byref(_map(normal, "normal")),
+        byref(_camera(focal, center, distances)), byref(desc), byref(image_struct(plane)), None))
+    return plane
 
 
 def mesh_points(path: PathLike, count: int, seed: int = 0) -> Floats:

@@ -2017,6 +2017,16 @@ pub struct splat_normals_desc {
     pub farthest: f64,
 }
 
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_planes_desc {
+    pub struct_size: u32,
+    /** SPLAT_NORMAL_VECTORS: normals and planes are numbers themselves */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** most angle between a pixel's normal and its plane's; 0: 15 */ pub max_degrees: f64,
+    /** most distance of a pixel from its plane, as a share of its depth; 0: 0.02 */ pub max_offset: f64,
+    /** share of the map's pixels of the smallest plane, 0.001 to 1; 0: 0.005 */ pub least_share: f64,
+}
+
 /// Errors of an aligned depth map p against the true one g, in its units.
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_depth_scores {
@@ -2042,6 +2052,19 @@ pub struct splat_normal_scores {
     /** median of the angles, degrees */ pub median: f64,
     /** root of the mean of the squared angles, degrees */ pub rmse: f64,
     /** shares of pixels with an angle below 11.25, 22.5, 30 degrees */ pub within: [f64; 3],
+}
+
+/// How well predicted planes are the true ones; IoU is intersection over union of their pixels.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_plane_scores {
+    pub struct_size: u32,
+    pub reserved: u32,
+    /** pixels on true planes */ pub pixels: u64,
+    /** planes of the prediction */ pub predicted_planes: u64,
+    /** planes of the truth */ pub true_planes: u64,
+    /** mean over the pixels of true planes of their plane's best IoU, 0 to 1 */ pub covering: f64,
+    /** share of the true planes that a predicted one finds */ pub recall: f64,
+    /** share of the predicted planes that find a true one; 0 without any */ pub precision: f64,
 }
 
 /// How well a soft mask p, binary where p \> 0.5, covers the true one. Shares have 1e-6 in their denominators, as
@@ -2194,9 +2217,9 @@ zeroed! {
     splat_evaluator_desc splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary
     splat_compare_desc splat_comparison_info splat_metric_comparison splat_external_memory splat_fit_desc
     splat_mesh_file_desc splat_mesh_desc splat_mesh_info splat_mesh_render_desc splat_mesh_views_desc
-    splat_prior_model_desc splat_prior_model_info splat_normals_desc splat_depth_scores splat_normal_scores
-    splat_mask_scores splat_fidelity_scores splat_point_scores splat_vulkan_requirements splat_vulkan_desc
-    splat_vulkan_target splat_vulkan_frame
+    splat_prior_model_desc splat_prior_model_info splat_normals_desc splat_planes_desc splat_depth_scores
+    splat_normal_scores splat_plane_scores splat_mask_scores splat_fidelity_scores splat_point_scores
+    splat_vulkan_requirements splat_vulkan_desc splat_vulkan_target splat_vulkan_frame
 }
 
 extern "C" {
@@ -4401,6 +4424,27 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
+    /// Find the planes of the surface that a depth map shows, by growing regions; at most 255, the largest.
+    /// The same bits for the same maps.
+    /// depth     1 channel, as of splat_normals_from_depth(); the surface ends where there is none
+    /// normal    3 channels of its size, in the camera's axes; NULL: those of splat_normals_from_depth()
+    /// camera    the camera of the depth map, and what its numbers mean
+    /// desc      NULL: the defaults
+    /// plane     4 channels of its size: (n + 1) / 2 of the plane of the pixel, facing the camera, and the plane's
+    ///           distance from the camera as a share of that of the farthest plane, at least 1/255; all 0 without a
+    ///           plane. With SPLAT_NORMAL_VECTORS n and the distance themselves, which take F16 or F32
+    /// count     out, planes; may be NULL
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a field of an image, of camera or desc, numbers of the normals that
+    ///                                 are not finite, relative depth outside 0 to 1, U8 planes as numbers
+    ///   SPLAT_ERROR_SHAPE_MISMATCH    channels of the depth, the size or channels of normals or planes
+    /// ```
+    pub fn splat_planes_from_depth(
+        depth: *const splat_image, normal: *const splat_image, camera: *const splat_normals_desc, desc: *const
+        splat_planes_desc, plane: *const splat_image, count: *mut u32
+    ) -> splat_result;
+
+    /// ```text
     /// Compare a depth map with the true one, both with larger numbers for nearer pixels, or both with
     /// larger ones for farther pixels.
     /// prediction, truth   of one channel
@@ -4429,6 +4473,23 @@ extern "C" {
     pub fn splat_prior_compare_normals(
         prediction: *const splat_image, truth: *const splat_image, mask: *const splat_image, flags: u32, scores: *mut
         splat_normal_scores
+    ) -> splat_result;
+
+    /// ```text
+    /// Compare maps of planes, as splat_planes_from_depth() fills them: a plane is all pixels with the same four
+    /// numbers. A predicted plane finds a true one if their IoU is above 0.5, and normals and distances agree.
+    /// prediction, truth   of four channels; a distance <= 0 is no plane
+    /// flags     SPLAT_NORMAL_VECTORS; without it normals are decoded, and distances are as they are
+    /// max_distance  most difference of the distances, >= 0, such as 0.05 of maps in metres
+    /// max_degrees   most angle between the normals, 0 to 180, such as 10
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, limits, struct_size, no true plane, numbers that
+    ///                                     are not finite, a plane without a normal
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or other channels
+    /// ```
+    pub fn splat_prior_compare_planes(
+        prediction: *const splat_image, truth: *const splat_image, flags: u32, max_distance: f64, max_degrees: f64,
+        scores: *mut splat_plane_scores
     ) -> splat_result;
 
     /// ```text
@@ -4669,8 +4730,10 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_prior_model_info", false, std::mem::size_of::<splat_prior_model_info>()),
     ("splat_prior_maps", true, std::mem::size_of::<splat_prior_maps>()),
     ("splat_normals_desc", false, std::mem::size_of::<splat_normals_desc>()),
+    ("splat_planes_desc", false, std::mem::size_of::<splat_planes_desc>()),
     ("splat_depth_scores", false, std::mem::size_of::<splat_depth_scores>()),
     ("splat_normal_scores", false, std::mem::size_of::<splat_normal_scores>()),
+    ("splat_plane_scores", false, std::mem::size_of::<splat_plane_scores>()),
     ("splat_mask_scores", false, std::mem::size_of::<splat_mask_scores>()),
     ("splat_fidelity_scores", false, std::mem::size_of::<splat_fidelity_scores>()),
     ("splat_point_scores", false, std::mem::size_of::<splat_point_scores>()),
@@ -4907,10 +4970,14 @@ mod tests {
         layout!(splat_prior_maps, 168, 8, depth: 0, 56; normal: 56, 56; mask: 112, 56;);
         layout!(splat_normals_desc, 64, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; focal_x: 16, 8; focal_y: 24, 8;
         center_x: 32, 8; center_y: 40, 8; nearest: 48, 8; farthest: 56, 8;);
+        layout!(splat_planes_desc, 40, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; max_degrees: 16, 8; max_offset:
+        24, 8; least_share: 32, 8;);
         layout!(splat_depth_scores, 80, 8, struct_size: 0, 4; reserved: 4, 4; pixels: 8, 8; abs_rel: 16, 8; rmse: 24,
         8; si_rmse: 32, 8; within: 40, 24; scale: 64, 8; shift: 72, 8;);
         layout!(splat_normal_scores, 72, 8, struct_size: 0, 4; reserved: 4, 4; pixels: 8, 8; missing: 16, 8; mean: 24,
         8; median: 32, 8; rmse: 40, 8; within: 48, 24;);
+        layout!(splat_plane_scores, 56, 8, struct_size: 0, 4; reserved: 4, 4; pixels: 8, 8; predicted_planes: 16, 8;
+        true_planes: 24, 8; covering: 32, 8; recall: 40, 8; precision: 48, 8;);
         layout!(splat_mask_scores, 64, 8, struct_size: 0, 4; reserved: 4, 4; predicted_pixels: 8, 8; true_pixels: 16,
         8; mae: 24, 8; iou: 32, 8; precision: 40, 8; recall: 48, 8; f_beta: 56, 8;);
         layout!(splat_fidelity_scores, 48, 8, struct_size: 0, 4; constant_channels: 4, 4; vif: 8, 8; channels: 16,

@@ -71,7 +71,7 @@ mod types {
     pub use crate::optimizer::{Optimizer, OptimizerDesc, OptimizerGroup, OptimizerItem};
     pub use crate::picture::{Picture, PictureCut, PictureSource};
     pub use crate::predictor::{Prediction, Predictor, PredictorDesc};
-    pub use crate::priors::{NormalsDesc, PriorMaps, PriorModel, PriorModelDesc};
+    pub use crate::priors::{NormalsDesc, PlanesDesc, PriorMaps, PriorModel, PriorModelDesc};
     pub use crate::rasterizer::{Gaussians, Gradients, RasterState, Rasterizer};
     pub use crate::run::{
         Fit, FitDesc, Interrupter, Ranks, RanksResult, Run, RunEvent, Scoring, Training,
@@ -96,7 +96,7 @@ pub use load::{build_info, check_library, set_decode_limits, version, version_st
 pub use op::op_list;
 pub use picture::picture_cut;
 pub use predictor::builtin_weights;
-pub use priors::{normals_from_depth, picture_mask, prior_preset};
+pub use priors::{normals_from_depth, picture_mask, planes_from_depth, prior_preset};
 pub use scene::formats as scene_formats;
 pub use scene::mesh::mesh_find_views;
 pub use tables::import_tables;

@@ -8,7 +8,7 @@ use crate::image::{ImageView, ImageViewMut};
 use crate::text::{c_path, zeros};
 use crate::values::{
     Camera, DepthFlags, DepthScores, FidelityFlags, FidelityScores, MapFilter, MaskFlags,
-    MaskScores, NormalFlags, NormalScores,
+    MaskScores, NormalFlags, NormalScores, PlaneScores,
 };
 use splat_sys as sys;
 use std::path::Path;
@@ -66,6 +66,29 @@ pub fn compare_normals(
         &mut scores
     ))?;
     Ok(NormalScores::from_raw(&scores))
+}
+
+/// Covering, recall and precision of planes: maps of 4 channels, as [`crate::planes_from_depth`] fills them.
+/// A plane is found if distances differ by `max_distance` and normals by `max_degrees` at most.
+/// # Errors
+/// `ShapeMismatch`, `InvalidArgument`.
+pub fn compare_planes(
+    prediction: ImageView,
+    truth: ImageView,
+    flags: NormalFlags,
+    max_distance: f64,
+    max_degrees: f64,
+) -> Result<PlaneScores> {
+    let mut scores = sys::splat_plane_scores::default();
+    call!(splat_prior_compare_planes(
+        &prediction.to_raw(),
+        &truth.to_raw(),
+        flags.0,
+        max_distance,
+        max_degrees,
+        &mut scores
+    ))?;
+    Ok(PlaneScores::from_raw(&scores))
 }
 
 /// Overlap of a soft mask with the true one.

@@ -5,7 +5,7 @@ use crate::error::{call, Result};
 use crate::image::{ImageView, ImageViewMut};
 use crate::object::object;
 use crate::text::{c_optional, c_optional_path, pointer, text};
-use crate::values::{Found, PriorModelFlags, PriorModelInfo};
+use crate::values::{Found, NormalFlags, PriorModelFlags, PriorModelInfo};
 use splat_sys as sys;
 use std::path::Path;
 
@@ -72,17 +72,79 @@ pub fn normals_from_depth(
     desc: &NormalsDesc,
     normal: ImageViewMut<'_>,
 ) -> Result<()> {
-    let raw = sys::splat_normals_desc {
-        focal_x: desc.focal[0],
-        focal_y: desc.focal[1],
-        center_x: desc.center[0],
-        center_y: desc.center[1],
-        nearest: desc.distances[0],
-        farthest: desc.distances[1],
+    let normal = normal.to_raw();
+    call!(splat_normals_from_depth(&depth.to_raw(), &desc.to_raw(), &normal))
+}
+
+impl NormalsDesc {
+    fn to_raw(self) -> sys::splat_normals_desc {
+        sys::splat_normals_desc {
+            focal_x: self.focal[0],
+            focal_y: self.focal[1],
+            center_x: self.center[0],
+            center_y: self.center[1],
+            nearest: self.distances[0],
+            farthest: self.distances[1],
+            ..Default::default()
+        }
+    }
+}
+
+/// What is a plane; 0: the default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlanesDesc {
+    /// [`NormalFlags::VECTORS`]: normals and planes are numbers themselves.
+    pub flags: NormalFlags,
+    /// Most angle between a pixel's normal and its plane's, degrees; 15.
+    pub max_degrees: f64,
+    /// Most distance of a pixel from its plane, as a share of its depth; 0.02.
+    pub max_offset: f64,
+    /// Share of the pixels of the smallest plane; 0.005.
+    pub least_share: f64,
+}
+
+/// Find the planes of the surface that a depth map shows: of each pixel the normal of its plane in the
+/// camera's axes and the distance, 0 without a plane; returns their number. `normal`: 3 channels; None:
+/// by differences of the depth. `plane`: 4 channels of the map's size.
+///
+/// ```
+/// use splat::prelude::*;
+/// let depth = ImageView::new(&[2.0_f32; 64], [8, 8], 1)?;
+/// let mut planes = Image::<f32>::new([8, 8], 4)?;
+/// let camera = NormalsDesc { focal: [8.0; 2], ..Default::default() };
+/// let desc = PlanesDesc { flags: NormalFlags::VECTORS, ..Default::default() };
+/// assert_eq!(splat::planes_from_depth(depth, None, &camera, &desc, planes.view_mut()?)?, 1);
+/// assert!((planes.pixels[3] - 2.0).abs() < 1e-6);
+/// # Ok::<(), splat::Error>(())
+/// ```
+/// # Errors
+/// `ShapeMismatch`, `InvalidArgument`.
+pub fn planes_from_depth(
+    depth: ImageView<'_>,
+    normal: Option<ImageView<'_>>,
+    camera: &NormalsDesc,
+    desc: &PlanesDesc,
+    plane: ImageViewMut<'_>,
+) -> Result<u32> {
+    let raw = sys::splat_planes_desc {
+        flags: desc.flags.0,
+        max_degrees: desc.max_degrees,
+        max_offset: desc.max_offset,
+        least_share: desc.least_share,
         ..Default::default()
     };
-    let normal = normal.to_raw();
-    call!(splat_normals_from_depth(&depth.to_raw(), &raw, &normal))
+    let normal = normal.map(ImageView::to_raw);
+    let plane = plane.to_raw();
+    let mut count = 0;
+    call!(splat_planes_from_depth(
+        &depth.to_raw(),
+        normal.as_ref().map_or(std::ptr::null(), |normal| normal as *const _),
+        &camera.to_raw(),
+        &raw,
+        &plane,
+        &mut count
+    ))?;
+    Ok(count)
 }
 
 /// A network and its preset.

@@ -1078,6 +1078,18 @@ output! {
 }
 
 output! {
+    /// How well predicted planes are the true ones; IoU is intersection over union of their pixels.
+    PlaneScores = splat_plane_scores(raw) {
+        /** pixels on true planes */ pixels: u64 = raw.pixels,
+        /** planes of the prediction */ predicted_planes: u64 = raw.predicted_planes,
+        /** planes of the truth */ true_planes: u64 = raw.true_planes,
+        /** mean over the pixels of true planes of their plane's best IoU, 0 to 1 */ covering: f64 = raw.covering,
+        /** share of the true planes that a predicted one finds */ recall: f64 = raw.recall,
+        /** share of the predicted planes that find a true one; 0 without any */ precision: f64 = raw.precision,
+    }
+}
+
+output! {
     /// How well a soft mask p, binary where p \> 0.5, covers the true one. Shares have 1e-6 in their denominators, as
     /// published: an empty truth scores 0.
     MaskScores = splat_mask_scores(raw) {
@@ -1287,7 +1299,7 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 114] = [
+pub(crate) const WORDS: [(&str, &str); 115] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
     ("SPLAT_CONVENTION_RAY_MAXIMUM", "Convention::RAY_MAXIMUM"), ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"),
@@ -1301,7 +1313,8 @@ pub(crate) const WORDS: [(&str, &str); 114] = [
     ("SPLAT_MESH_UNIT_SPHERE", "MeshSize::UNIT_SPHERE"), ("SPLAT_MODEL_GRADIENTS", "ModelFlags::GRADIENTS"),
     ("SPLAT_MODEL_INPUT_GRADIENTS", "ModelFlags::INPUT_GRADIENTS"),
     ("SPLAT_MODEL_RECOMPUTE", "ModelFlags::RECOMPUTE"), ("SPLAT_MODULE_GRADIENTS", "ModuleFlags::GRADIENTS"),
-    ("SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags::INPUT_GRADIENTS"), ("SPLAT_PASS_TENSORS", "PassFlags::TENSORS"),
+    ("SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags::INPUT_GRADIENTS"),
+    ("SPLAT_NORMAL_VECTORS", "NormalFlags::VECTORS"), ("SPLAT_PASS_TENSORS", "PassFlags::TENSORS"),
     ("SPLAT_PICTURE_WHOLE", "PictureFlags::WHOLE"), ("SPLAT_PIXEL_", "Pixel"), ("SPLAT_PIXEL_F16", "Pixel::F16"),
     ("SPLAT_PIXEL_F32", "Pixel::F32"), ("SPLAT_PIXEL_U8", "Pixel::U8"), ("SPLAT_PORT_KIND_", "PortKind"),
     ("SPLAT_RASTERIZER_ANTIALIASED", "RasterizerFlags::ANTIALIASED"),

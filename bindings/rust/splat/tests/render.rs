@@ -364,6 +364,9 @@ fn priors_are_judged() {
     let (x, z) = (map(&[1.0, 0.0, 0.0], 3), map(&[0.0, 0.0, 1.0], 3));
     let normals = prior_scores::compare_normals(x, z, None, NormalFlags::VECTORS).unwrap();
     assert!((normals.median - 90.0).abs() < 1e-9);
+    let plane = map(&[0.0, 0.0, -1.0, 2.0], 4);
+    let planes = prior_scores::compare_planes(plane, plane, NormalFlags::VECTORS, 0.05, 10.0);
+    assert_eq!(planes.unwrap().recall, 1.0);
     let masks = prior_scores::compare_masks(x, x, MaskFlags::ALPHA_HALF);
     assert_eq!(masks.unwrap_err().code(), Code::ShapeMismatch);
     let folder = Folder::new("mesh");
