@@ -83,6 +83,11 @@ Result<run::Plan> SplatterTraining::prepare(const run::ReadText* config, run::Me
     SPLAT_TRY(configure(config, messages));
     SPLAT_TRY(open_data(messages));
     SPLAT_TRY(warn_of_cameras(messages));
+    if (!desc_.init.empty()) {
+        std::error_code failed;
+        const auto whole = std::filesystem::absolute(os::path_of(desc_.init), failed);
+        start_ = {failed ? desc_.init : os::text_of(whole), desc_.init_options};
+    }
     if (config == nullptr) SPLAT_TRY(read_start(messages));
     const config::TrainConfig& c = settings_.training;
     const std::size_t last = c.stages.empty() ? 0 : c.stages.size() - 1;
@@ -218,15 +223,12 @@ Result<run::RankFacts> SplatterTraining::facts() {
 
 Status SplatterTraining::read_start(run::Messages& messages) {
     const std::string& pretrained = settings_.training.pretrained;
-    if (!desc_.init.empty()) {
+    if (!start_.file.empty()) {
         if (!pretrained.empty())
             messages.push_back({"warning: opt.pretrained_ckpt '" + pretrained +
-                                    "' is not read, because '" + desc_.init +
+                                    "' is not read, because '" + start_.file +
                                     "' is given to start from",
                                 true});
-        std::error_code failed;
-        const auto whole = std::filesystem::absolute(os::path_of(desc_.init), failed);
-        start_ = {failed ? desc_.init : os::text_of(whole), desc_.init_options};
         return read_weights(start_.file, start_.options);
     }
     if (pretrained.empty()) return {};
@@ -252,6 +254,8 @@ Status SplatterTraining::read_weights(const std::string& path,
 Status SplatterTraining::start(run::Messages& messages) {
     SPLAT_TRY(
         context_->mutex.call([&] { return trainer_->model().init(settings_.training.seed); }));
+    // A run that is resumed without a state begins again.
+    if (first_weights_.path.empty()) SPLAT_TRY(read_start(messages));
     const auto [path, options, tensors] = std::exchange(first_weights_, {});
     if (path.empty()) return {};
     model::LoadReport report;
