@@ -14,11 +14,11 @@ namespace {
 using scene::Mat3;
 using scene::Vec3;
 
-constexpr double kLeastNormal = 0.5;     ///< of a normal
+constexpr double kLeastNormal = 0.5;     ///< length of a normal
 constexpr std::uint64_t kFirstFit = 16;  ///< points of the first plane by least squares
 
-/// The unit eigenvector of the least eigenvalue of a symmetric matrix, by Jacobi's rotations in a fixed order (Golub and
-/// Van Loan, Matrix Computations, section 8.5). Eight sweeps leave nothing of float64 off the diagonal.
+/// The unit eigenvector of the least eigenvalue of a symmetric matrix, by Jacobi's rotations in a fixed order (Golub
+/// and Van Loan, Matrix Computations, section 8.5). Eight sweeps leave nothing of float64 off the diagonal.
 Vec3 least_axis(Mat3 m) {
     Mat3 axes(1.0);
     for (int turn = 0; turn < 8 * 3; ++turn) {
@@ -63,7 +63,7 @@ struct Region {
         squares += other.squares;
     }
 
-    /// The least squares' normal counts where it agrees with the mean one, which it does not if the points lie on a line.
+    /// The normal of least squares counts where it agrees with the mean one, unlike that of points on a line.
     void fit(double cosine) {
         const auto n = static_cast<double>(count);
         center = points / n;
@@ -108,7 +108,8 @@ class Finder {
     }
 
   private:
-    static constexpr std::uint32_t kDropped = UINT32_MAX;  ///< of a region that was too small
+    static constexpr std::uint32_t kDropped =
+        UINT32_MAX;  ///< marks pixels of a region that was too small
 
     [[nodiscard]] double z(std::size_t i) const { return static_cast<double>(depth_[i]); }
     [[nodiscard]] Vec3 point(std::size_t i) const {

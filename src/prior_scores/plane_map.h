@@ -12,7 +12,7 @@ namespace splat::prior_scores {
 
 /// The plane normal . x = -distance of a camera's axes (x right, y down, z forward).
 struct FoundPlane {
-    scene::Vec3 normal{};  ///< of length 1, facing the camera
+    scene::Vec3 normal{};  ///< unit normal, facing the camera
     double distance = 0;   ///< from the camera's centre, > 0
     std::uint64_t pixels = 0;
 };
@@ -26,7 +26,7 @@ struct PlaneRules {
 
 inline constexpr double kLeastPlaneShare =
     1e-3;  ///< smallest PlaneRules::least, which bounds the time
-inline constexpr std::size_t kMostPlanes = 255;  ///< of a map; the largest are kept
+inline constexpr std::size_t kMostPlanes = 255;  ///< planes of a map; the largest are kept
 
 struct PlaneMap {
     std::vector<std::uint32_t> ids;  ///< [height, width]: 0 none, else 1 + the place in `planes`

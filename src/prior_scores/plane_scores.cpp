@@ -18,7 +18,7 @@ constexpr std::size_t kNone = SIZE_MAX;
 /// The planes of a map.
 struct Planes {
     using Numbers = std::array<float, kChannels>;
-    std::vector<std::size_t> ids;  ///< of each pixel; kNone
+    std::vector<std::size_t> ids;  ///< plane of each pixel, or kNone
     std::vector<Numbers> planes;
     std::vector<std::uint64_t> pixels;
 

@@ -8,9 +8,9 @@
 #include <map>
 
 #include "prior_scores/plane_scores.h"
+#include "prior_scores/room.h"
 #include "support/expect_status.h"
 #include "support/rng_fill.h"
-#include "support/room.h"
 
 namespace splat::test {
 namespace {

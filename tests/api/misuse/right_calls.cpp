@@ -19,6 +19,13 @@ splat_image grey_image(std::uint32_t channels) {
     return {pixels.data(), pixels.size() * 4, SPLAT_PIXEL_F32, 48, 48, channels, 0, 0, 0};
 }
 
+/// Planes with pixels of their own.
+splat_image plane_image() {
+    static std::deque<std::vector<float>> all;
+    std::vector<float>& pixels = all.emplace_back(std::size_t{4} * 48 * 48, 1.0F);
+    return {pixels.data(), pixels.size() * 4, SPLAT_PIXEL_F32, 48, 48, 4, 0, 0, 0};
+}
+
 const splat_image kMap = grey_image(1), kPicture = grey_image(3);
 
 }  // namespace
@@ -94,9 +101,6 @@ void MisuseTable::right_calls() {
     const splat_camera& camera = good<splat_camera>();
     auto& files = good<splat_scene_file_desc>();
     static splat_image mask = kMap, normal = kPicture;
-    static std::vector<float> ones(std::size_t{4} * 48 * 48, 1);
-    static const splat_image plane = {
-        ones.data(), ones.size() * sizeof(float), SPLAT_PIXEL_F32, 48, 48, 4, 0, 0, 0};
     static std::uint8_t pixels[16 * 16 * 4];
     static const splat_image drawn = {pixels, sizeof pixels, SPLAT_PIXEL_U8, 16, 16, 4, 0, 0, 0};
     static auto ply = files;
@@ -152,12 +156,10 @@ void MisuseTable::right_calls() {
                 &good<splat_mesh_maps>());
     SPLAT_RIGHT(splat_picture_mask, kCut, &kPicture, &mask, nullptr);
     SPLAT_RIGHT(splat_normals_from_depth, kCut, &kMap, &good<splat_normals_desc>(), &normal);
-    static std::vector<float> found = ones;
-    static const splat_image planes = {
-        found.data(), found.size() * sizeof(float), SPLAT_PIXEL_F32, 48, 48, 4, 0, 0, 0};
+    static const splat_image found = plane_image(), truth = plane_image();
     SPLAT_RIGHT(splat_planes_from_depth, kCut, &kMap, nullptr, &good<splat_normals_desc>(),
-                &good<splat_planes_desc>(), &planes, nullptr);
-    SPLAT_RIGHT(splat_prior_compare_planes, kCut, &plane, &plane, SPLAT_NORMAL_VECTORS, 0.05, 10,
+                &good<splat_planes_desc>(), &found, nullptr);
+    SPLAT_RIGHT(splat_prior_compare_planes, kCut, &truth, &truth, SPLAT_NORMAL_VECTORS, 0.05, 10,
                 out<splat_plane_scores>());
     SPLAT_RIGHT(splat_prior_compare_depth, kCut, &kMap, &kMap, nullptr, 0,
                 out<splat_depth_scores>());

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 namespace os = splat::os;
 
-/// Of a map that is there, such as "depth".
+/// The file of a map, such as "depth".
 fs::path path_of_map(const MapJob& job, const std::string& map) {
     const fs::path beside =
         job.picture.parent_path().parent_path() / os::path_of(map) / os::path_of(job.stem);

@@ -15,7 +15,7 @@ namespace vkrun {
 /// Planes of depth maps.
 struct PlaneOptions {
     bool use = false;
-    bool normals = false;  ///< of the normal maps, else by differences of the depth
+    bool normals = false;  ///< take normal maps, else differences of the depth
     double degrees = 15, offset = 0.02, least = 0.005;  ///< splat_planes_desc
 };
 

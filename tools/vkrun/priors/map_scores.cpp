@@ -170,7 +170,7 @@ std::vector<double> mask_scores(const std::filesystem::path& prediction,
     return {s.iou, s.f_beta, s.mae, s.precision, s.recall};
 }
 
-/// Of 5 cm and 10 degrees, for maps in metres.
+/// Planes are found within 5 cm, of maps in metres, and 10 degrees.
 std::vector<double> plane_scores(const std::filesystem::path& prediction,
                                  const std::filesystem::path& truth) {
     constexpr double kDistance = 0.05, kDegrees = 10;
