@@ -90,8 +90,7 @@ double otherwise_focal(Extent size) {
 void find_camera(const std::vector<Seen>& seen, Extent size, std::optional<double> known,
                  PointDepth& made) {
     if (seen.size() < 2) {
-        made.found = known.has_value();
-        made.focal = known.value_or(otherwise_focal(size));
+        if (known) made.focal = *known;
         return;
     }
     made.shift = best_shift(seen, known);

@@ -83,7 +83,7 @@ TEST(ComparisonTables, LatexNamesIntervalsTestsAndCorrections) {
           "bias-corrected and accelerated (BCa, Efron 1987; 10000 samples)",
           "all sign flips of up to 20 differences, else 300000 random ones",
           "Holm-corrected for 2 metrics", "Wilcoxon signed rank test, exact, or where marked",
-          "differences of 0 dropped (Wilcoxon's rule)", "{llrrrrcrrc}",
+          "differences of 0 dropped (Wilcoxon's rule)", "{@{}llrrrrcrrc@{}}",
           "a, \\{b\\} \\& 100\\% & PSNR $\\uparrow$ & 30 & $20.250$ & $20.750$ & $+0.500$ & "
           "$[+0.375, +0.875]$ & $2.5\\mathrm{e}{-5}$ & $0.031$$^\\approx$ & 20/2/8 \\\\\n",
           "LPIPS $\\downarrow$ & 30 & $20.2500$ & $20.7500$ & $+0.5000$ & -- & "
@@ -94,7 +94,7 @@ TEST(ComparisonTables, LatexNamesIntervalsTestsAndCorrections) {
     const std::string images = comparison_latex(made);
     EXPECT_NE(images.find("20/2/8 & 7/0/0 \\\\\n"), std::string::npos) << images;
     EXPECT_NE(images.find("20/2/8 & -- \\\\\n"), std::string::npos) << images;
-    EXPECT_NE(images.find("{llrrrrcrrcc}"), std::string::npos);
+    EXPECT_NE(images.find("{@{}llrrrrcrrcc@{}}"), std::string::npos);
     made.baseline = "\\x~y^z$#\n";
     EXPECT_NE(comparison_latex(made).find("\\textbackslash{}x\\~{}y\\^{}z\\$\\# ,"),
               std::string::npos);
