@@ -140,6 +140,7 @@ splat_result splat_planes_from_depth(const splat_image* depth, const splat_image
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const api::ImageView from, api::image_to_read(depth, "depth"));
         SPLAT_TRY(api::check_image_size(from, "depth", from.width, from.height, 1));
+        if (camera == nullptr) return invalid("camera is NULL, expected a splat_normals_desc");
         SPLAT_TRY(api::check_desc(camera, 0));
         SPLAT_TRY(check_normals_desc(*camera));
         prior_scores::PlaneRules rules;

@@ -169,6 +169,7 @@ void MisuseTable::prior_model_rows() {
         .each("normal", "not finite", kArgument, broken(vectors))
         .each("plane", "three channels", kShape, vectors)
         .as_is("desc", "NULL: the defaults", SPLAT_OK)
+        .as_is("count", "NULL: not asked for", SPLAT_OK)
         .given("camera", relative)
         .each("depth", "relative depth above 1", kArgument,
               changed(map, [](auto& i) { i.pixels = g_twos.data(); }));
