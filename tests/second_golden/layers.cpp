@@ -47,7 +47,8 @@ Id Layers::conv(const std::string& name, Id x, std::size_t out, std::size_t kern
     const Dims in = tape_.dims(x);
     const Id weight = adapted_weight(name, {out, in[1], kernel, kernel}, adapted);
     const Id bias = parameter_(name + "bias", {out}, Role::kBias);
-    return one("conv2d", {x, weight, bias, kNone}, {in[0], out, in[2], in[3]}, {{"scale", 1}});
+    return one("conv2d", {x, weight, bias, kNone}, {in[0], out, in[2], in[3]},
+               {{"scale", 1}, {"replicate", 0}});
 }
 
 Id Layers::linear(const std::string& name, Id x, std::size_t out, bool adapted) {
