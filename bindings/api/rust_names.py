@@ -16,7 +16,8 @@ OUTPUTS = [
     "splat_scores", "splat_ledger", "splat_object_scores", "splat_evaluation_summary",
     "splat_comparison_info", "splat_metric_comparison", "splat_depth_scores",
     "splat_normal_scores", "splat_plane_scores", "splat_mask_scores", "splat_fidelity_scores",
-    "splat_point_scores", "splat_prior_model_info", "splat_co3d_info", "splat_mesh_info",
+    "splat_point_scores", "splat_prior_model_info", "splat_co3d_info", "splat_tokens_info",
+    "splat_mesh_info",
 ]
 # Structs without pointers that the library reads.
 INPUTS = ["splat_scene_file_desc", "splat_orbit_desc", "splat_camera_file_desc",

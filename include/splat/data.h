@@ -224,6 +224,67 @@ SPLAT_API splat_result splat_dataset_export(splat_dataset dataset,
                                             const splat_dataset_export_desc* desc,
                                             splat_progress_callback callback, void* user);
 
+/* ---- Tokens from masks ----------------------------------------------------------------------- */
+
+/* Options of tokens. */
+enum {
+    /* one vector for each view, which data.embedding_file reads: the sum of the tokens of all
+     * segments, each times its share of the picture */
+    SPLAT_TOKENS_POOLED = 1u << 0
+};
+
+typedef struct splat_tokens_desc {
+    uint32_t struct_size;
+    uint32_t flags; /* SPLAT_TOKENS_* */
+    const void* next;
+    const char* data;     /* folder of the data set */
+    const char* format;   /* NULL: detected */
+    const char* category; /* of several in the folder; NULL: the only one */
+    /* folder of the masks: SPLIT/OBJECT/ with a .png for each view, in the order of their names; of
+     * a data set without splits OBJECT/ */
+    const char* masks;
+    /* .json: COCO's panoptic annotations, whose file_name is the path in that folder, or its last
+     * part; else a palette, as GIMP's: lines "R G B name" */
+    const char* names;
+    const char* out;    /* file to write: .npz or .safetensors; an existing one is replaced */
+    uint32_t dimension; /* numbers of a token, even, 12 to 4096; 0: 32, with POOLED 60 */
+    uint32_t tokens;    /* of a view, at most 65536; 0: 16; no effect with POOLED */
+} splat_tokens_desc;
+
+/* What was written. */
+typedef struct splat_tokens_info {
+    uint32_t struct_size;
+    uint32_t classes;  /* names that occur */
+    uint32_t objects;  /* objects of all splits */
+    uint32_t reserved; /* 0 */
+    uint64_t views;    /* views of all objects */
+    uint64_t segments; /* segments of all masks */
+    uint64_t dropped;  /* the smallest segments of views that have more than there are tokens */
+} splat_tokens_info;
+
+/* Turn masks of classes and instances into tokens that a network attends to (data.tokens_file), or
+ * into vectors that modulate it (data.embedding_file): arrays of all splits, SPLIT/OBJECT, of
+ * [views, dimension, tokens], with POOLED [views, dimension], where dimension is 6
+ * cam_embd.dimension. A segment is what has one colour in a mask, in COCO's masks one id, R + 256 G +
+ * 65536 B. Segments follow each other by area, the largest first, then by id; tokens that a view
+ * lacks are 0. The id 0 of COCO and colours named "void" have none. A token has, in this order:
+ *   dimension - 8 numbers of the class, sines and cosines that depend on its name alone
+ *   sine and cosine of the instance's number: 0 for the first of its class in the picture
+ *   x and y of the centre, width and height of its box, and its area, as shares of the picture
+ *   1
+ * info    out, may be NULL
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+ *   SPLAT_ERROR_NOT_FOUND             the data set, a folder of masks, the names are not there
+ *   SPLAT_ERROR_UNSUPPORTED           more than 2 GiB of tokens; annotations of more than 16 MiB, a
+ *                                     palette of more than 1 MiB; another extension of out
+ *   SPLAT_ERROR_FORMAT                with the file: damaged names, ids and colours without a name,
+ *                                     a segment without a pixel, a mask of another size than its
+ *                                     picture, more or fewer masks than views
+ *   SPLAT_ERROR_IO                    a file cannot be read or written
+ * After an error, `out` is as it was. */
+SPLAT_API splat_result splat_tokens_write(const splat_tokens_desc* desc, splat_tokens_info* info);
+
 /* ---- Procedural objects ---------------------------------------------------------------------- */
 
 /* Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at

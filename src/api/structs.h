@@ -31,6 +31,7 @@
     X(splat_scene_render_desc) \
     X(splat_score) X(splat_score_set) X(splat_scores) X(splat_similarity) \
     X(splat_synthetic_desc) X(splat_tensor_desc) X(splat_tensor_info) X(splat_tensor_stats) \
+    X(splat_tokens_desc) X(splat_tokens_info) \
     X(splat_trainer_batch) X(splat_trainer_desc) X(splat_trainer_info) X(splat_training_desc) \
     X(splat_vulkan_desc) X(splat_vulkan_frame) X(splat_vulkan_requirements) X(splat_vulkan_target) X(splat_weights_info)
 // clang-format on

@@ -88,7 +88,7 @@ function(HelpNamesEveryCommand)
                            "weights;graft" "weights;where" "weights;get"
                            "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract"
                            "data;synth" "data;render" "data;check" "data;co3d" "data;show" "data;import" "data;export"
-                           "data;split" compare
+                           "data;split" "data;tokens" compare
                            "config;list" "config;show" "config;presets" train eval predict report "priors;eval"
                            "priors;depth" "priors;normal" "priors;mask" "priors;where" "priors;get" "priors;edges"
                            "priors;plane" "priors;points" stress)
@@ -2298,6 +2298,54 @@ function(ViewVectorsAreRead)
   vkrun(4 predict ${picture} --weights ${weights} --embedding ${TEMP}/one.safetensors --tokens ${TEMP}/one.safetensors
         --out ${TEMP}/two)
   expect("${err}" "tokens")
+endfunction()
+
+# The masks of made data are gray, of 0 and 255.
+function(TokensAreMadeOfMasks)
+  make_small_data()
+  foreach(split IN ITEMS train val test)
+    file(GLOB objects ${TEMP}/data/srn_cars/cars_${split}/*)
+    foreach(object IN LISTS objects)
+      get_filename_component(name ${object} NAME)
+      file(GLOB masks ${object}/mask/*.png)
+      file(COPY ${masks} DESTINATION ${TEMP}/masks/${split}/${name})
+    endforeach()
+  endforeach()
+  file(WRITE ${TEMP}/palette.gpl "GIMP Palette\nName: x\n#\n  0   0   0 void\n255 255 255 car\n")
+  set(given ${TEMP}/data --masks ${TEMP}/masks)
+  vkrun(0 data tokens ${given} --names ${TEMP}/palette.gpl --dimension 12 --tokens 2 --out ${TEMP}/data/tokens.npz
+        --json)
+  expect_json("${out}" 5 objects)
+  expect_json("${out}" 22 views)
+  expect_json("${out}" 22 segments)
+  expect_json("${out}" 1 classes)
+  expect_json("${out}" 0 dropped)
+  vkrun(0 data tokens ${given} --names ${TEMP}/palette.gpl --dimension 12 --pooled --out ${TEMP}/data/vectors.npz)
+  expect("${out}" "vectors.npz: 5 objects, 22 views, 22 segments of 1 classes")
+  # Both are what a training takes.
+  vkrun(0 train --data ${TEMP}/data --out ${TEMP}/run ${small_training} --set opt.iterations=1
+        --set data.tokens_file=tokens.npz --set model.token_dim=12 --set model.tokens=2 --set cam_embd.embedding=pose
+        --set cam_embd.dimension=2 --set data.custom_embedding=true --set data.embedding_file=vectors.npz)
+  vkrun(2 data tokens ${given} --names ${TEMP}/palette.gpl --out ${TEMP}/data/tokens.npz)
+  expect("${err}" "exists" "--overwrite")
+  vkrun(2 data tokens ${given} --names ${TEMP}/palette.gpl --pooled --tokens 3 --out ${TEMP}/x.npz)
+  expect("${err}" "--tokens has no effect with --pooled")
+  vkrun(2 data tokens ${given} --names ${TEMP}/palette.gpl --pooled --dimension 32 --out ${TEMP}/x.npz)
+  expect("${err}" "32, expected a multiple of 12")
+  file(WRITE ${TEMP}/other.gpl "0 0 0 void\n254 255 255 car\n")
+  vkrun(4 data tokens ${given} --names ${TEMP}/other.gpl --out ${TEMP}/x.npz)
+  expect("${err}" "has the colour .255, 255, 255., which is not among the 2 of the palette")
+  file(WRITE ${TEMP}/damaged.json "{\"images\": [")
+  vkrun(4 data tokens ${given} --names ${TEMP}/damaged.json --out ${TEMP}/x.npz)
+  expect("${err}" "damaged.json': annotations")
+  vkrun(4 data tokens ${given} --names ${TEMP}/none.json --out ${TEMP}/x.npz)
+  expect("${err}" "cannot open")
+  file(REMOVE_RECURSE ${TEMP}/masks/val)
+  vkrun(4 data tokens ${given} --names ${TEMP}/palette.gpl --out ${TEMP}/x.npz)
+  expect("${err}" "has no masks .*expected one for each of the 5 views of object 'val/000000_car'")
+  if(EXISTS ${TEMP}/x.npz)
+    message(FATAL_ERROR "a refused call wrote its file")
+  endif()
 endfunction()
 
 function(ConfigurationsAreListedAndShown)

@@ -296,6 +296,35 @@ namespace Splat
         }
 
         /// <summary>
+        /// Turn masks of classes and instances into tokens of each view, for data.tokens_file, or with
+        /// TokensFlags.Pooled into vectors, for data.embedding_file. `masks` has SPLIT/OBJECT/ with a .png
+        /// for each view; `names` is a .json of COCO's panoptic annotations, or a palette. 0: the
+        /// library's defaults.
+        /// </summary>
+        public static void WriteTokens(string data, string masks, string names, string output,
+                                       int dimension = 0, int tokens = 0, TokensFlags flags = 0,
+                                       string? format = null, string? category = null)
+        {
+            using (var arena = new Arena())
+            {
+                var desc = new splat_tokens_desc
+                {
+                    struct_size = (uint)sizeof(splat_tokens_desc),
+                    flags = flags,
+                    data = arena.Text(data, nameof(data)),
+                    format = arena.Optional(format, nameof(format)),
+                    category = arena.Optional(category, nameof(category)),
+                    masks = arena.Text(masks, nameof(masks)),
+                    names = arena.Text(names, nameof(names)),
+                    @out = arena.Text(output, nameof(output)),
+                    dimension = Check.Unsigned(dimension, nameof(dimension)),
+                    tokens = Check.Unsigned(tokens, nameof(tokens)),
+                };
+                Check.Ok(Native.splat_tokens_write(&desc, null));
+            }
+        }
+
+        /// <summary>
         /// Copy a split of tables in Parquet files to a store, which a Dataset reads fast. What
         /// `progress` throws ends the import, which goes on when it is called again.
         /// </summary>

@@ -164,6 +164,16 @@ namespace Splat
         /** <summary>an import of other tables in the folder is removed</summary> */ Replace = 1,
     }
 
+    /// <summary>Options of tokens.</summary>
+    [Flags]
+    public enum TokensFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /// <summary>one vector for each view, which data.embedding_file reads: the sum of the tokens of all segments,
+        /// each times its share of the picture</summary>
+        Pooled = 1,
+    }
+
     /// <summary>What the file of a scene says of drawing it, where formats differ. Values are those of
     /// <c>RasterizerFlags</c>: a rasterizer draws a scene so if these bits are among its flags.</summary>
     [Flags]

@@ -570,6 +570,36 @@ namespace Splat.Interop
             splat_progress_callback? callback, void* user);
 
         /// <summary>
+        /// Turn masks of classes and instances into tokens that a network attends to (data.tokens_file), or
+        /// into vectors that modulate it (data.embedding_file): arrays of all splits, SPLIT/OBJECT, of
+        /// [views, dimension, tokens], with POOLED [views, dimension], where dimension is 6
+        /// cam_embd.dimension. A segment is what has one colour in a mask, in COCO's masks one id, R + 256 G +
+        /// 65536 B. Segments follow each other by area, the largest first, then by id; tokens that a view
+        /// lacks are 0. The id 0 of COCO and colours named "void" have none. A token has, in this order:
+        ///   dimension - 8 numbers of the class, sines and cosines that depend on its name alone
+        ///   sine and cosine of the instance's number: 0 for the first of its class in the picture
+        ///   x and y of the centre, width and height of its box, and its area, as shares of the picture
+        ///   1
+        /// info    out, may be NULL
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+        ///   SPLAT_ERROR_NOT_FOUND             the data set, a folder of masks, the names are not there
+        ///   SPLAT_ERROR_UNSUPPORTED           more than 2 GiB of tokens; annotations of more than 16 MiB, a
+        ///                                     palette of more than 1 MiB; another extension of out
+        ///   SPLAT_ERROR_FORMAT                with the file: damaged names, ids and colours without a name,
+        ///                                     a segment without a pixel, a mask of another size than its
+        ///                                     picture, more or fewer masks than views
+        ///   SPLAT_ERROR_IO                    a file cannot be read or written
+        /// After an error, `out` is as it was.
+        /// </summary>
+#if NET8_0_OR_GREATER
+        [LibraryImport(Lib)] public static partial
+#else
+        [DllImport(Lib, CallingConvention = C)] public static extern
+#endif
+        ResultCode splat_tokens_write(splat_tokens_desc* desc, splat_tokens_info* info);
+
+        /// <summary>
         /// Write one object, counted over all splits, train first. Its folder appears whole or not at all;
         /// an existing one is left alone. The bytes depend only on the seed, the split and the number within
         /// it. Several threads may write different objects at once.
@@ -3637,6 +3667,40 @@ namespace Splat.Interop
         public uint shard;
     }
 
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_tokens_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_TOKENS_*</summary> */ public TokensFlags flags;
+        public void* next;
+        /** <summary>folder of the data set</summary> */ public byte* data;
+        /** <summary>NULL: detected</summary> */ public byte* format;
+        /** <summary>of several in the folder; NULL: the only one</summary> */ public byte* category;
+        /// <summary>folder of the masks: SPLIT/OBJECT/ with a .png for each view, in the order of their names; of a
+        /// data set without splits OBJECT/</summary>
+        public byte* masks;
+        /// <summary>.json: COCO's panoptic annotations, whose file_name is the path in that folder, or its last part;
+        /// else a palette, as GIMP's: lines "R G B name"</summary>
+        public byte* names;
+        /** <summary>file to write: .npz or .safetensors; an existing one is replaced</summary> */ public byte* @out;
+        /** <summary>numbers of a token, even, 12 to 4096; 0: 32, with POOLED 60</summary> */ public uint dimension;
+        /** <summary>of a view, at most 65536; 0: 16; no effect with POOLED</summary> */ public uint tokens;
+    }
+
+    /// <summary>What was written.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_tokens_info
+    {
+        public uint struct_size;
+        /** <summary>names that occur</summary> */ public uint classes;
+        /** <summary>objects of all splits</summary> */ public uint objects;
+        /** <summary>0</summary> */ public uint reserved;
+        /** <summary>views of all objects</summary> */ public ulong views;
+        /** <summary>segments of all masks</summary> */ public ulong segments;
+        /// <summary>the smallest segments of views that have more than there are tokens</summary>
+        public ulong dropped;
+    }
+
     /// <summary>Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at the
     /// origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128.</summary>
     [StructLayout(LayoutKind.Sequential)]
@@ -5246,6 +5310,11 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_dataset_export_desc), 80, false,
                 "struct_size:0:4 flags:4:4 next:8:8 path:16:8 layout:24:8 split:32:8 category:40:8 duckdb:48:8 " +
                 "objects:56:8 object_count:64:8 shards:72:4 shard:76:4"),
+            new NativeLayout(typeof(splat_tokens_desc), 72, false,
+                "struct_size:0:4 flags:4:4 next:8:8 data:16:8 format:24:8 category:32:8 masks:40:8 names:48:8 " +
+                "out:56:8 dimension:64:4 tokens:68:4"),
+            new NativeLayout(typeof(splat_tokens_info), 40, false,
+                "struct_size:0:4 classes:4:4 objects:8:4 reserved:12:4 views:16:8 segments:24:8 dropped:32:8"),
             new NativeLayout(typeof(splat_synthetic_desc), 64, false,
                 "struct_size:0:4 flags:4:4 next:8:8 path:16:8 category:24:8 seed:32:8 resolution:40:4 " +
                 "train_views:44:4 test_views:48:4 train_objects:52:4 val_objects:56:4 test_objects:60:4"),

@@ -56,6 +56,28 @@ class Data(Case):
         np.testing.assert_array_equal(dataset.read(0)["images"].shape, (4, 3, 16, 16))
         self.assertEqual(dataset.check(0)["problems"], [])
 
+    def test_tokens_of_masks(self) -> None:
+        masks, names, out = self.folder / "masks", self.folder / "palette", self.folder / "out.npz"
+        for split, count, views in (("train", 2, 4), ("val", 1, 3)):
+            for i in range(count):
+                place = masks / split / f"{i:06}_car"
+                place.mkdir(parents=True)
+                for view in range(views):
+                    splat.Image(np.eye(16, dtype=np.uint8)).save(place / f"{view}.png")
+        names.write_text("0 0 0 void\n1 1 1 diagonal\n")
+        made = splat.write_tokens(self.path, masks, names, out, dimension=12, tokens=3)
+        self.assertEqual(made, {"objects": 3, "views": 11, "classes": 1, "segments": 11, "dropped": 0})
+        with np.load(out) as arrays:
+            tokens = arrays["val/000000_car"]
+        self.assertEqual(tokens.shape, (3, 12, 3))
+        np.testing.assert_allclose(tokens[0, 6:, 0], [0.5, 0.5, 1, 1, 1 / 16, 1])
+        self.assertEqual(np.abs(tokens[:, :, 1:]).max(), 0)
+        names.write_text("0 0 0 void\n")
+        self.refused(splat.FormatError, "the colour (1, 1, 1)", splat.write_tokens, self.path, masks,
+                     names, out)
+        self.refused(splat.InvalidArgument, "dimension is 13", splat.write_tokens, self.path, masks,
+                     names, out, dimension=13)
+
     def test_export(self) -> None:
         calls: List[Tuple[int, int]] = []
         out = self.folder / "out"

@@ -45,6 +45,23 @@ void MisuseTable::dataset_rows() {
     co3d("a large size", kArgument, [](auto& d) { d.size = 4097; });
     co3d("a missing release", kNotFound, [](auto&) {});
     SPLAT_WRONG(splat_co3d_prepare).each("info", "without its size", kArgument, splat_co3d_info{});
+
+    const auto tokens = wrong_structs<splat_tokens_desc>("splat_tokens_write");
+    tokens("no data set", kArgument, [](auto& d) { d.data = nullptr; });
+    tokens("no masks", kArgument, [](auto& d) { d.masks = nullptr; });
+    tokens("no names", kArgument, [](auto& d) { d.names = nullptr; });
+    tokens("no file to write", kArgument, [](auto& d) { d.out = nullptr; });
+    tokens("an odd dimension", kArgument, [](auto& d) { d.dimension = 13; });
+    tokens("a small dimension", kArgument, [](auto& d) { d.dimension = 10; });
+    tokens("a large dimension", kArgument, [](auto& d) { d.dimension = 4098; });
+    tokens("many tokens", kArgument, [](auto& d) { d.tokens = 65537; });
+    tokens("vectors of a dimension that no embedding has", kArgument, [](auto& d) {
+        d.flags = SPLAT_TOKENS_POOLED;
+        d.dimension = 32;
+    });
+    tokens("missing names", kNotFound, [](auto&) {});
+    SPLAT_WRONG(splat_tokens_write)
+        .each("info", "without its size", kArgument, splat_tokens_info{});
 }
 
 void MisuseTable::table_rows() {

@@ -90,6 +90,11 @@ void MisuseTable::right_descs() {
     co3d.raw = "/nonexistent";
     co3d.out = data_folder();
     co3d.category = "hydrant";
+    auto& tokens = good<splat_tokens_desc>();
+    tokens.data = data_folder();
+    tokens.masks = "/nonexistent";
+    tokens.names = "/nonexistent/palette.gpl";
+    tokens.out = "/nonexistent/x.npz";
     good<splat_dataset_import_desc>().path = "/nonexistent";
     auto& to_write = good<splat_dataset_export_desc>();
     to_write.path = "/proc/x";

@@ -39,6 +39,7 @@ void add_data_synth(CLI::App& data, int& exit_code);
 void add_data_render(CLI::App& data, int& exit_code);
 void add_data_check(CLI::App& data, int& exit_code);
 void add_data_co3d(CLI::App& data, int& exit_code);
+void add_data_tokens(CLI::App& data, int& exit_code);
 void add_data_show(CLI::App& data, int& exit_code);
 void add_data_import(CLI::App& data, int& exit_code);
 void add_data_export(CLI::App& data, int& exit_code);

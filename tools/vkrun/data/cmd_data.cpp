@@ -20,6 +20,7 @@ void add_data(CLI::App& app, int& exit_code) {
     add_data_import(*data, exit_code);
     add_data_export(*data, exit_code);
     add_data_split(*data, exit_code);
+    add_data_tokens(*data, exit_code);
 }
 
 }  // namespace vkrun

@@ -22,7 +22,7 @@ from ._text import check_class as _check_class, checked as _checked
 from .camera import Camera, cameras_to_bytes, save_cameras
 from .dataset import (Dataset, MeshViews, config_keys, config_merge, config_preset, config_presets,
                       config_warnings, export_dataset, import_tables, path_name,
-                      prepare_co3d, write_synthetic)
+                      prepare_co3d, write_synthetic, write_tokens)
 from .device import Device, default_device, describe, devices
 from .evaluator import Comparison, EvaluatedViews, Evaluator, Lpips
 from .image import Image, animation_to_bytes, compare_images, save_animation
@@ -61,7 +61,7 @@ __all__ = [
     "picture_mask", "planes_from_depth",
     "prepare_co3d", "prior_preset",
     "prior_preset_text", "prior_presets", "render", "save_animation", "save_cameras",
-    "scene_formats", "set_decode_limits", "set_log", "write_synthetic",
+    "scene_formats", "set_decode_limits", "set_log", "write_synthetic", "write_tokens",
 ]
 
 for _name in __all__:

@@ -330,6 +330,16 @@ class ImportFlags(IntFlag):
     REPLACE = 1
 
 
+class TokensFlags(IntFlag):
+    """Options of tokens.
+
+    POOLED  one vector for each view, which data.embedding_file reads: the sum of the tokens of all segments, each
+            times its share of the picture
+    """
+
+    POOLED = 1
+
+
 class DrawnFlags(IntFlag):
     """What the file of a scene says of drawing it, where formats differ. Values are those of `RasterizerFlags`: a
     rasterizer draws a scene so if these bits are among its flags.
@@ -1217,6 +1227,24 @@ class splat_dataset_export_desc(Structure):
     ]
 
 
+class splat_tokens_desc(Structure):
+    struct_size: int; flags: int; next: Any; data: Any; format: Any; category: Any; masks: Any; names: Any; out: Any
+    dimension: int; tokens: int
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("data", c_char_p), ("format", c_char_p),
+        ("category", c_char_p), ("masks", c_char_p), ("names", c_char_p), ("out", c_char_p), ("dimension", c_uint32),
+        ("tokens", c_uint32),
+    ]
+
+
+class splat_tokens_info(Structure):
+    struct_size: int; classes: int; objects: int; reserved: int; views: int; segments: int; dropped: int
+    _fields_ = [
+        ("struct_size", c_uint32), ("classes", c_uint32), ("objects", c_uint32), ("reserved", c_uint32),
+        ("views", c_uint64), ("segments", c_uint64), ("dropped", c_uint64),
+    ]
+
+
 class splat_synthetic_desc(Structure):
     struct_size: int; flags: int; next: Any; path: Any; category: Any; seed: int; resolution: int; train_views: int
     test_views: int; train_objects: int; val_objects: int; test_objects: int
@@ -2070,6 +2098,15 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("category", 40, 8), ("duckdb", 48, 8), ("objects", 56, 8), ("object_count", 64, 8), ("shards", 72, 4),
         ("shard", 76, 4),
     )),
+    "splat_tokens_desc": (splat_tokens_desc, False, 72, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("data", 16, 8), ("format", 24, 8),
+        ("category", 32, 8), ("masks", 40, 8), ("names", 48, 8), ("out", 56, 8), ("dimension", 64, 4),
+        ("tokens", 68, 4),
+    )),
+    "splat_tokens_info": (splat_tokens_info, False, 40, (
+        ("struct_size", 0, 4), ("classes", 4, 4), ("objects", 8, 4), ("reserved", 12, 4), ("views", 16, 8),
+        ("segments", 24, 8), ("dropped", 32, 8),
+    )),
     "splat_synthetic_desc": (splat_synthetic_desc, False, 64, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8), ("category", 24, 8),
         ("seed", 32, 8), ("resolution", 40, 4), ("train_views", 44, 4), ("test_views", 48, 4),
@@ -2478,6 +2515,7 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_dataset_import", c_int32, (POINTER(splat_dataset_import_desc), splat_progress_callback, c_void_p)),
     ("splat_dataset_export", c_int32, (c_void_p, POINTER(splat_dataset_export_desc), splat_progress_callback,
         c_void_p)),
+    ("splat_tokens_write", c_int32, (POINTER(splat_tokens_desc), POINTER(splat_tokens_info))),
     ("splat_synthetic_write", c_int32, (POINTER(splat_synthetic_desc), c_uint32)),
     ("splat_scene_create", c_int32, (POINTER(splat_scene_desc), POINTER(c_void_p))),
     ("splat_scene_formats", c_int32, (c_void_p, c_size_t, POINTER(c_size_t))),

@@ -164,6 +164,24 @@ class Co3dInfo(Record):
 
 
 @dataclass(frozen=True)
+class TokensInfo(Record):
+    """What was written.
+
+    classes   names that occur
+    objects   objects of all splits
+    views     views of all objects
+    segments  segments of all masks
+    dropped   the smallest segments of views that have more than there are tokens
+    """
+
+    classes: int
+    objects: int
+    views: int
+    segments: int
+    dropped: int
+
+
+@dataclass(frozen=True)
 class SceneInfo(Record):
     """What the Gaussians of a scene are.
 

@@ -196,6 +196,32 @@ def prepare_co3d(raw: PathLike, out: PathLike, category: str, *, subset: str = "
     return {name: getattr(info, name) for name in ("sequences", "frames", "kept", "left_out")}
 
 
+def write_tokens(data: PathLike, masks: PathLike, names: PathLike, out: PathLike, *,
+                 dimension: int = 0, tokens: int = 0, pooled: bool = False,
+                 format: Optional[str] = None, category: Optional[str] = None) -> Dict[str, int]:
+    """Turn masks of classes and instances into tokens of each view, for `data.tokens_file`.
+
+    masks      folder with SPLIT/OBJECT/ (of a data set without splits OBJECT/): a .png for each view
+    names      .json: COCO's panoptic annotations; else a palette, lines "R G B name"
+    out        .npz or .safetensors; an existing one is replaced
+    dimension  numbers of a token, even, from 12; 0: 32, pooled 60
+    tokens     of a view; 0: 16
+    pooled     one vector for each view instead, for `data.embedding_file`
+    Returns the numbers of objects, views, classes and segments, and of segments that were dropped.
+    Raises NotFound, IoError, FormatError, Unsupported, InvalidArgument.
+    """
+    desc = _native.splat_tokens_desc(struct_size=sizeof(_native.splat_tokens_desc))
+    desc.flags = flags_of((pooled, _native.TokensFlags.POOLED))
+    desc.data, desc.masks = path_of(data, "data"), path_of(masks, "masks")
+    desc.names, desc.out = path_of(names, "names"), path_of(out, "out")
+    desc.format, desc.category = encoded(format, "format"), encoded(category, "category")
+    desc.dimension, desc.tokens = whole(dimension, "dimension"), whole(tokens, "tokens")
+    info = _native.splat_tokens_info(struct_size=sizeof(_native.splat_tokens_info))
+    check(lib.splat_tokens_write(byref(desc), byref(info)))
+    return {name: getattr(info, name)
+            for name in ("objects", "views", "classes", "segments", "dropped")}
+
+
 def write_synthetic(path: PathLike, *, category: str = "cars", seed: int = 0, resolution: int = 0,
                     train_views: int = 0, test_views: int = 0, train: int = 0, val: int = 0,
                     test: int = 0) -> None:

@@ -102,6 +102,10 @@ pub const SPLAT_CO3D_STORED_POSES: u32 = 1;
 
 /** an import of other tables in the folder is removed */ pub const SPLAT_IMPORT_REPLACE: u32 = 1;
 
+/// one vector for each view, which data.embedding_file reads: the sum of the tokens of all segments, each times its
+/// share of the picture
+pub const SPLAT_TOKENS_POOLED: u32 = 1;
+
 /** opacities compensate for the dilation (Mip-Splatting) */ pub const SPLAT_DRAWN_ANTIALIASED: u32 = 2;
 /** blended by the distance to the camera, not by depth */ pub const SPLAT_DRAWN_BY_DISTANCE: u32 = 4096;
 /** a Gaussian ends at 3 sigma */ pub const SPLAT_DRAWN_CUT_3_SIGMA: u32 = 8192;
@@ -844,6 +848,37 @@ pub struct splat_dataset_export_desc {
     pub object_count: u64,
     /** parts of a store, see splat_dataset_import_desc */ pub shards: u32,
     pub shard: u32,
+}
+
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_tokens_desc {
+    pub struct_size: u32,
+    /** SPLAT_TOKENS_* */ pub flags: u32,
+    pub next: *const c_void,
+    /** folder of the data set */ pub data: *const c_char,
+    /** NULL: detected */ pub format: *const c_char,
+    /** of several in the folder; NULL: the only one */ pub category: *const c_char,
+    /// folder of the masks: SPLIT/OBJECT/ with a .png for each view, in the order of their names; of a data set
+    /// without splits OBJECT/
+    pub masks: *const c_char,
+    /// .json: COCO's panoptic annotations, whose file_name is the path in that folder, or its last part; else a
+    /// palette, as GIMP's: lines "R G B name"
+    pub names: *const c_char,
+    /** file to write: .npz or .safetensors; an existing one is replaced */ pub out: *const c_char,
+    /** numbers of a token, even, 12 to 4096; 0: 32, with POOLED 60 */ pub dimension: u32,
+    /** of a view, at most 65536; 0: 16; no effect with POOLED */ pub tokens: u32,
+}
+
+/// What was written.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_tokens_info {
+    pub struct_size: u32,
+    /** names that occur */ pub classes: u32,
+    /** objects of all splits */ pub objects: u32,
+    /** 0 */ pub reserved: u32,
+    /** views of all objects */ pub views: u64,
+    /** segments of all masks */ pub segments: u64,
+    /** the smallest segments of views that have more than there are tokens */ pub dropped: u64,
 }
 
 /// Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at the origin;
@@ -2207,19 +2242,19 @@ zeroed! {
     splat_port splat_number splat_optimizer_item splat_optimizer_group splat_scores splat_ledger splat_score
     splat_score_set splat_mesh_maps splat_prior_maps ;  splat_decode_limits splat_device_info splat_device_desc
     splat_memory_info splat_tensor_desc splat_tensor_info splat_tensor_stats splat_co3d_desc splat_co3d_info
-    splat_dataset_desc splat_dataset_views splat_dataset_import_desc splat_dataset_export_desc splat_synthetic_desc
-    splat_scene_desc splat_scene_file_desc splat_scene_info splat_orbit_desc splat_camera_file_desc splat_camera_bytes
-    splat_rasterizer_desc splat_gaussians_desc splat_gradients_desc splat_rasterizer_info splat_scene_render_desc
-    splat_image_info splat_image_scores splat_lpips_desc splat_picture_cut_desc splat_predictor_desc
-    splat_predictor_info splat_prediction splat_group splat_weights_info splat_op_desc splat_model_desc
-    splat_model_info splat_model_input splat_model_gradients splat_module_desc splat_run_event splat_optimizer_desc
-    splat_optimizer_info splat_trainer_desc splat_trainer_batch splat_trainer_info splat_training_desc
-    splat_evaluator_desc splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary
-    splat_compare_desc splat_comparison_info splat_metric_comparison splat_external_memory splat_fit_desc
-    splat_mesh_file_desc splat_mesh_desc splat_mesh_info splat_mesh_render_desc splat_mesh_views_desc
-    splat_prior_model_desc splat_prior_model_info splat_normals_desc splat_planes_desc splat_depth_scores
-    splat_normal_scores splat_plane_scores splat_mask_scores splat_fidelity_scores splat_point_scores
-    splat_vulkan_requirements splat_vulkan_desc splat_vulkan_target splat_vulkan_frame
+    splat_dataset_desc splat_dataset_views splat_dataset_import_desc splat_dataset_export_desc splat_tokens_desc
+    splat_tokens_info splat_synthetic_desc splat_scene_desc splat_scene_file_desc splat_scene_info splat_orbit_desc
+    splat_camera_file_desc splat_camera_bytes splat_rasterizer_desc splat_gaussians_desc splat_gradients_desc
+    splat_rasterizer_info splat_scene_render_desc splat_image_info splat_image_scores splat_lpips_desc
+    splat_picture_cut_desc splat_predictor_desc splat_predictor_info splat_prediction splat_group splat_weights_info
+    splat_op_desc splat_model_desc splat_model_info splat_model_input splat_model_gradients splat_module_desc
+    splat_run_event splat_optimizer_desc splat_optimizer_info splat_trainer_desc splat_trainer_batch
+    splat_trainer_info splat_training_desc splat_evaluator_desc splat_evaluator_info splat_object_scores
+    splat_evaluated_views splat_evaluation_summary splat_compare_desc splat_comparison_info splat_metric_comparison
+    splat_external_memory splat_fit_desc splat_mesh_file_desc splat_mesh_desc splat_mesh_info splat_mesh_render_desc
+    splat_mesh_views_desc splat_prior_model_desc splat_prior_model_info splat_normals_desc splat_planes_desc
+    splat_depth_scores splat_normal_scores splat_plane_scores splat_mask_scores splat_fidelity_scores
+    splat_point_scores splat_vulkan_requirements splat_vulkan_desc splat_vulkan_target splat_vulkan_frame
 }
 
 extern "C" {
@@ -2606,6 +2641,31 @@ extern "C" {
         dataset: splat_dataset, desc: *const splat_dataset_export_desc, callback: splat_progress_callback, user: *mut
         c_void
     ) -> splat_result;
+
+    /// ```text
+    /// Turn masks of classes and instances into tokens that a network attends to (data.tokens_file), or
+    /// into vectors that modulate it (data.embedding_file): arrays of all splits, SPLIT/OBJECT, of
+    /// [views, dimension, tokens], with POOLED [views, dimension], where dimension is 6
+    /// cam_embd.dimension. A segment is what has one colour in a mask, in COCO's masks one id, R + 256 G +
+    /// 65536 B. Segments follow each other by area, the largest first, then by id; tokens that a view
+    /// lacks are 0. The id 0 of COCO and colours named "void" have none. A token has, in this order:
+    ///   dimension - 8 numbers of the class, sines and cosines that depend on its name alone
+    ///   sine and cosine of the instance's number: 0 for the first of its class in the picture
+    ///   x and y of the centre, width and height of its box, and its area, as shares of the picture
+    ///   1
+    /// info    out, may be NULL
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+    ///   SPLAT_ERROR_NOT_FOUND             the data set, a folder of masks, the names are not there
+    ///   SPLAT_ERROR_UNSUPPORTED           more than 2 GiB of tokens; annotations of more than 16 MiB, a
+    ///                                     palette of more than 1 MiB; another extension of out
+    ///   SPLAT_ERROR_FORMAT                with the file: damaged names, ids and colours without a name,
+    ///                                     a segment without a pixel, a mask of another size than its
+    ///                                     picture, more or fewer masks than views
+    ///   SPLAT_ERROR_IO                    a file cannot be read or written
+    /// After an error, `out` is as it was.
+    /// ```
+    pub fn splat_tokens_write(desc: *const splat_tokens_desc, info: *mut splat_tokens_info) -> splat_result;
 
     /// ```text
     /// Write one object, counted over all splits, train first. Its folder appears whole or not at all;
@@ -4662,6 +4722,8 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_dataset_views", false, std::mem::size_of::<splat_dataset_views>()),
     ("splat_dataset_import_desc", false, std::mem::size_of::<splat_dataset_import_desc>()),
     ("splat_dataset_export_desc", false, std::mem::size_of::<splat_dataset_export_desc>()),
+    ("splat_tokens_desc", false, std::mem::size_of::<splat_tokens_desc>()),
+    ("splat_tokens_info", false, std::mem::size_of::<splat_tokens_info>()),
     ("splat_synthetic_desc", false, std::mem::size_of::<splat_synthetic_desc>()),
     ("splat_scene_desc", false, std::mem::size_of::<splat_scene_desc>()),
     ("splat_scene_file_desc", false, std::mem::size_of::<splat_scene_file_desc>()),
@@ -4800,6 +4862,10 @@ mod tests {
         layout!(splat_dataset_export_desc, 80, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; path: 16, 8; layout: 24,
         8; split: 32, 8; category: 40, 8; duckdb: 48, 8; objects: 56, 8; object_count: 64, 8; shards: 72, 4; shard:
         76, 4;);
+        layout!(splat_tokens_desc, 72, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; data: 16, 8; format: 24, 8;
+        category: 32, 8; masks: 40, 8; names: 48, 8; out: 56, 8; dimension: 64, 4; tokens: 68, 4;);
+        layout!(splat_tokens_info, 40, 8, struct_size: 0, 4; classes: 4, 4; objects: 8, 4; reserved: 12, 4; views: 16,
+        8; segments: 24, 8; dropped: 32, 8;);
         layout!(splat_synthetic_desc, 64, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; path: 16, 8; category: 24, 8;
         seed: 32, 8; resolution: 40, 4; train_views: 44, 4; test_views: 48, 4; train_objects: 52, 4; val_objects: 56,
         4; test_objects: 60, 4;);

@@ -3,7 +3,7 @@
 use crate::error::{call, Result};
 use crate::object::object;
 use crate::text::{array_mut, c_optional, c_optional_path, count, pointer, text};
-use crate::values::{Co3dFlags, Co3dInfo, DataFlags};
+use crate::values::{Co3dFlags, Co3dInfo, DataFlags, TokensFlags, TokensInfo};
 use splat_sys as sys;
 use std::path::Path;
 
@@ -280,4 +280,54 @@ pub fn co3d_prepare(desc: &Co3dDesc<'_>) -> Result<Co3dInfo> {
     let mut info = sys::splat_co3d_info::default();
     call!(splat_co3d_prepare(&given, &mut info))?;
     Ok(Co3dInfo::from_raw(&info))
+}
+
+/// Which masks of classes and instances become tokens of the views of a data set, and where.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TokensDesc<'a> {
+    /// The folder of the data set.
+    pub data: Option<&'a Path>,
+    /// None: detected.
+    pub format: Option<&'a str>,
+    /// Of several in the folder; None: the only one.
+    pub category: Option<&'a str>,
+    /// SPLIT/OBJECT/ with a .png for each view; of a data set without splits OBJECT/.
+    pub masks: Option<&'a Path>,
+    /// .json: COCO's panoptic annotations; else a palette, lines "R G B name".
+    pub names: Option<&'a Path>,
+    /// .npz or .safetensors; an existing one is replaced.
+    pub out: Option<&'a Path>,
+    /// Numbers of a token, even, from 12; 0: 32, of vectors 60.
+    pub dimension: u32,
+    /// Tokens of a view; 0: 16.
+    pub tokens: u32,
+    /// One vector for each view instead.
+    pub flags: TokensFlags,
+}
+
+/// Write tokens for `data.tokens_file`, or vectors for `data.embedding_file`.
+/// # Errors
+/// `NotFound`, `Format` (names, masks), `Io`, `Unsupported`, `InvalidArgument`.
+pub fn tokens_write(desc: &TokensDesc<'_>) -> Result<TokensInfo> {
+    let data = c_optional_path("data", desc.data)?;
+    let format = c_optional("format", desc.format)?;
+    let category = c_optional("category", desc.category)?;
+    let masks = c_optional_path("masks", desc.masks)?;
+    let names = c_optional_path("names", desc.names)?;
+    let out = c_optional_path("out", desc.out)?;
+    let given = sys::splat_tokens_desc {
+        flags: desc.flags.0,
+        data: pointer(&data),
+        format: pointer(&format),
+        category: pointer(&category),
+        masks: pointer(&masks),
+        names: pointer(&names),
+        out: pointer(&out),
+        dimension: desc.dimension,
+        tokens: desc.tokens,
+        ..Default::default()
+    };
+    let mut info = sys::splat_tokens_info::default();
+    call!(splat_tokens_write(&given, &mut info))?;
+    Ok(TokensInfo::from_raw(&info))
 }

@@ -58,7 +58,7 @@ pub use splat_sys as sys;
 mod types {
     pub use crate::camera::CameraBytes;
     pub use crate::comparison::{CompareDesc, Comparison, Score, ScoreSet};
-    pub use crate::dataset::{Co3dDesc, Dataset, DatasetDesc, DatasetViews, SyntheticDesc};
+    pub use crate::dataset::{Co3dDesc, Dataset, DatasetDesc, DatasetViews, SyntheticDesc, TokensDesc};
     pub use crate::device::{Canceller, Device, DeviceDesc};
     pub use crate::error::{Error, Result};
     pub use crate::evaluator::{EvaluatedViews, Evaluator, EvaluatorDesc};
@@ -91,7 +91,7 @@ pub mod prelude {
     pub use crate::types::*;
 }
 
-pub use dataset::{co3d_prepare, path_name, synthetic_write};
+pub use dataset::{co3d_prepare, path_name, synthetic_write, tokens_write};
 pub use load::{build_info, check_library, set_decode_limits, version, version_string};
 pub use op::op_list;
 pub use picture::picture_cut;

@@ -156,6 +156,15 @@ flags! {
 }
 
 flags! {
+    /// Options of tokens.
+    TokensFlags {
+        /// one vector for each view, which data.embedding_file reads: the sum of the tokens of all segments, each
+        /// times its share of the picture
+        POOLED = SPLAT_TOKENS_POOLED,
+    }
+}
+
+flags! {
     /// What the file of a scene says of drawing it, where formats differ. Values are those of `RasterizerFlags`: a
     /// rasterizer draws a scene so if these bits are among its flags.
     DrawnFlags {
@@ -1149,6 +1158,17 @@ output! {
         /** sequences that were there before */ kept: u32 = raw.kept,
         /** sequences left out: their cameras are not finite */ left_out: u32 = raw.left_out,
         /** frames of all sequences in the split */ frames: u64 = raw.frames,
+    }
+}
+
+output! {
+    /// What was written.
+    TokensInfo = splat_tokens_info(raw) {
+        /** names that occur */ classes: u32 = raw.classes,
+        /** objects of all splits */ objects: u32 = raw.objects,
+        /** views of all objects */ views: u64 = raw.views,
+        /** segments of all masks */ segments: u64 = raw.segments,
+        /** the smallest segments of views that have more than there are tokens */ dropped: u64 = raw.dropped,
     }
 }
 
