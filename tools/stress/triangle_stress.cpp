@@ -17,6 +17,8 @@ using splat::ref::TriangleCamera;
 using splat::ref::Vec;
 
 constexpr std::uint32_t kColumns = 48, kRows = 36;
+/// By Vulkan's table: a weight is a quotient of sums, a normal is twice divided by a length, which is a root.
+constexpr double kDepthRoundings = 16, kNormalRoundings = 40;
 constexpr double kHalf = 32;  ///< the power of two from half a side on, which scales depths
 constexpr const char* kTriangleReason =
     "corners are rounded to 2^-24 of the greatest of their terms; a plane that moves by e moves a "
@@ -163,11 +165,23 @@ double corner_error(const TriangleScene& scene) {
     return error;
 }
 
+/// What the mean of the corners' depths sums, in magnitudes.
+double depth_terms(const TriangleScene& scene, const RefSample& sample) {
+    double sum = 0;
+    if (sample.hit)
+        for (std::size_t k = 0; k < 3; ++k)
+            sum += sample.hit->weights[k] *
+                   std::abs(scene.camera.placed(scene.triangles[sample.hit->triangle][k])[2]);
+    return sum;
+}
+
 /// Expected depth and normals.
 std::pair<Expected, Expected> expected_maps(const TriangleScene& scene) {
     const std::vector<RefTriangle> triangles = ref_triangles(scene);
     const double error = corner_error(scene), near = 1e-3 * scene.diagonal();
-    const double farthest = std::abs(scene.camera.placed(scene.middle())[2]) + scene.diagonal();
+    const double middle = scene.camera.placed(scene.middle())[2];
+    const double nearest = std::max(near, middle - scene.diagonal() / 2);
+    const double farthest = middle + scene.diagonal() / 2;
     Expected depth, normal;
     for (std::size_t i = 0; i < std::size_t{kColumns} * kRows; ++i) {
         const double x = static_cast<double>(i % kColumns) + 0.5,
@@ -181,9 +195,8 @@ std::pair<Expected, Expected> expected_maps(const TriangleScene& scene) {
                       (y - scene.camera.cy) / scene.camera.fy, 1};
         const double moved =
             sample.hit ? error / (sample.hit->cosine * std::sqrt(splat::ref::dot_of(ray, ray))) : 0;
-        const double allowed = moved + 8 * kRounding * z;
+        const double allowed = moved + kDepthRoundings * kRounding * depth_terms(scene, sample);
         // Which triangle is there depends on rounding: at an edge, the near plane, of two at a depth.
-        const double nearest = std::max(near, sample.hit ? z - allowed : near);
         const bool unsure = sample.edge < 4 * error * scene.camera.fx / nearest ||
                             sample.behind < z + 4 * allowed ||
                             triangle(sample) != triangle(nearer) ||
@@ -202,7 +215,7 @@ std::pair<Expected, Expected> expected_maps(const TriangleScene& scene) {
             // The sides of the triangle, each rounded, and vertices that are rounded to 2^-30 of the box.
             const double rounded = 4 * kRounding * length(a) * length(b) +
                                    0x1p-29 * scene.diagonal() * (length(a) + length(b));
-            turned = rounded / length(cross) + 16 * kRounding;
+            turned = rounded / length(cross) + kNormalRoundings * kRounding;
         }
         for (const double value : seen) {
             normal.value.push_back(value);
