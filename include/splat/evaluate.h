@@ -332,8 +332,8 @@ typedef struct splat_metric_comparison {
     double p_wilcoxon_holm; /* p_wilcoxon corrected for the number of metrics */
     double wilcoxon_w;      /* sum of the ranks of differences above 0 */
     uint64_t wilcoxon_n; /* differences that are not 0; with fewer than 6 it shows no difference */
-    /* 1: p_wilcoxon is exact (50 differences or fewer, of different sizes); 0: by a normal
-     * distribution, its variance corrected for ties */
+    /* 1: p_wilcoxon is exact (50 differences or fewer); 0: by a normal distribution, its variance
+     * corrected for ties */
     uint32_t wilcoxon_exact;
     uint32_t wilcoxon_tied; /* 1: differences of one size share the mean of their ranks */
     uint64_t wins_a;        /* objects in which A is better; 0 unpaired */

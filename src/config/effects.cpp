@@ -28,11 +28,13 @@ std::string effect_lacks(const Key& key, const ConfigEntry* entry, const Setting
     const bool one_device =
         key.name == std::string_view("general.num_devices") && config_value_text(*entry) == "1";
     if (!key.acts) return one_device ? "" : std::string("here: ") + key.about;
-    if (key.where == nullptr || key.where->holds(settings)) return "";
+    const bool replaced = all_stages_replace(key, settings.training);
+    if (!replaced && (key.where == nullptr || key.where->holds(settings))) return "";
     // Written configurations have every value, except those of adapters.
     const bool default_value =
         key.field.part != Part::kAdapters && same_value(*entry, key.field.write(key, Settings()));
-    return default_value ? "" : key.where->otherwise;
+    if (default_value) return "";
+    return replaced ? "because every stage of opt.stages has its own" : key.where->otherwise;
 }
 
 Status refuse_hub(const Config& config) {

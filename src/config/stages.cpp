@@ -41,6 +41,12 @@ std::size_t stages_in(const Config& config) {
 
 Status check_list(const Config& config) {
     const ConfigEntry* const list = config.find(kList);
+    if (config.find(format("%s.%zu", kList, kMostStages)) != nullptr ||
+        std::ranges::any_of(config.entries(), [&](const ConfigEntry& entry) {
+            return entry.key.starts_with(format("%s.%zu.", kList, kMostStages));
+        }))
+        return invalid("%s: '%s' has more than %zu stages", config.what().c_str(), kList,
+                       kMostStages);
     const bool null = list != nullptr && !list->list && !list->map && list->values[0].index() == 0;
     if (list == nullptr || list->map || null || (list->list && list->values.empty())) return {};
     return invalid(
@@ -130,10 +136,23 @@ std::vector<ConfigEntry> stage_entries(const TrainConfig& c) {
     for (std::size_t i = 0; i < c.stages.size(); ++i)
         for (const Key* const key : keys_of_stage()) {
             ConfigEntry entry = key->field.write(*key, {{}, c.stages[i]});
+            if (key->name != std::string_view(kSum) &&
+                same_value(entry, key->field.write(*key, {{}, c})))
+                continue;  // as for all stages
             entry.key = name_in(i, *key);
             entries.push_back(std::move(entry));
         }
     return entries;
+}
+
+bool all_stages_replace(const Key& key, const TrainConfig& c) {
+    if (c.stages.empty() || key.name == std::string_view(kSum)) return false;
+    const std::vector<const Key*> keys = keys_of_stage();
+    if (std::ranges::find(keys, &key) == keys.end()) return false;
+    const ConfigEntry whole = key.field.write(key, {{}, c});
+    return std::ranges::none_of(c.stages, [&](const TrainConfig& stage) {
+        return same_value(key.field.write(key, {{}, stage}), whole);
+    });
 }
 
 std::string stages_text(const Config& config) {
@@ -152,13 +171,14 @@ std::string stages_text(const Config& config) {
 
 Config without_stages(const Config& base, const Config& changes) {
     const std::string below = std::string(kList) + ".";
-    const bool replaced = changes.find(kList) != nullptr;
+    const ConfigEntry* const list = changes.find(kList);
+    const bool replaced = list != nullptr, none = replaced && !list->map;
     const bool changed = replaced || std::ranges::any_of(changes.entries(), [&](auto& entry) {
                              return entry.key.starts_with(below);
                          });
     Config kept(base.what());
     for (const ConfigEntry& entry : base.entries())
-        if (!(replaced && entry.key.starts_with(below)) && !(changed && entry.key == kSum))
+        if (!(replaced && entry.key.starts_with(below)) && !(changed && !none && entry.key == kSum))
             kept.set(entry);
     return kept;
 }

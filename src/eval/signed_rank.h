@@ -14,9 +14,9 @@ struct RankTest {
     bool tied = false;    ///< differences of equal size share the mean of their ranks
 };
 
-/// Differences of 0 are dropped (Wilcoxon's rule, not Pratt's). Up to 50 differences of different sizes have the
-/// exact distribution; else a normal distribution approximates it, with its variance corrected for ties, without a
-/// correction for continuity. Sizes are equal within 1e-12 of the largest score, which decimal fractions err by.
+/// Differences of 0 are dropped (Wilcoxon's rule, not Pratt's). Up to 50 differences have the exact distribution, given
+/// which are of equal size; that of more is approximated by a normal one, with its variance corrected for ties, without
+/// a correction for continuity. Sizes are equal within 1e-12 of the largest score, which decimal fractions err by.
 /// Source: Wilcoxon 1945; Lehmann, Nonparametrics, 1975, for ties.
 RankTest signed_rank_test(std::span<const double> a, std::span<const double> b);
 

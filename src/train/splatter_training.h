@@ -88,6 +88,7 @@ class SplatterTraining : public run::Task {
     Status open_batches(bool check);
 
     // stages.cpp
+    static Status in_stage(std::size_t stage, const Status& error);
     Status try_stages();
     Status enter(std::size_t stage);
     Status enter_next();

@@ -95,6 +95,7 @@ Result<run::Plan> SplatterTraining::prepare(const run::ReadText* config, run::Me
         SPLAT_TRY(context_->device().alive());
         return Trainer::create(*context_, settings_.network, c.in_stage(last), group());
     });
+    if (!made.ok() && !c.stages.empty()) return in_stage(last, made.status());
     SPLAT_ASSIGN(trainer_, std::move(made));
     stage_ = last;
     SPLAT_TRY(try_stages());

@@ -36,13 +36,15 @@ Status Trainer::enter(const config::TrainConfig& stage) {
     return entered_;
 }
 
+Status SplatterTraining::in_stage(std::size_t stage, const Status& error) {
+    return {error.code(), config::stage_name("configuration", stage) + ": " + error.message()};
+}
+
 /// Build what each stage needs, the first one last, so that what a later one lacks is found before the first step.
 Status SplatterTraining::try_stages() {
     const config::TrainConfig& c = settings_.training;
     for (std::size_t i = c.stages.size(); i-- > 0;)
-        if (const Status entered = enter(i); !entered.ok())
-            return {entered.code(),
-                    config::stage_name("configuration", i) + ": " + entered.message()};
+        if (const Status entered = enter(i); !entered.ok()) return in_stage(i, entered);
     return {};
 }
 

@@ -98,7 +98,7 @@ class Trainer {
     }
 
     /// Go on with other settings of a stage, see TrainConfig::stages: batches, losses, targets and rate may differ.
-    /// Reads what is unread. An error leaves a trainer whose steps fail.
+    /// Reads what is unread. After an error of building the stage, steps fail.
     Status enter(const config::TrainConfig& stage);
 
     /// The averaged weights as a state dict, or the current ones without averaging.

@@ -44,13 +44,22 @@ TEST(SignedRank, DifferencesOfZeroAreDropped) {
 }
 
 TEST(SignedRank, TiesShareRanksAndReduceTheVariance) {
-    // zero_method="wilcox", method="approx", correction=False
-    const RankTest test = of({1, 1, -1, 2, 2, 3, 0, -2, 4, 4, 5, 0});
-    EXPECT_NEAR(test.p, 0.035564379058193644, 1e-14);
+    std::vector<double> differences = {1, 1, -1, 2, 2, 3, 0, -2, 4, 4, 5, 0};
+    const RankTest test = of(differences);
+    EXPECT_EQ(test.p, 0.041015625) << "42 of the 1024 signs are as far away";
     EXPECT_EQ(test.positive, 48);
     EXPECT_EQ(test.n, 10U);
-    EXPECT_FALSE(test.exact);
+    EXPECT_TRUE(test.exact);
     EXPECT_TRUE(test.tied);
+    for (std::size_t n = 1; n <= 8; ++n)
+        EXPECT_EQ(of(std::vector<double>(n, 0.5)).p, std::exp2(1 - static_cast<double>(n)));
+    // zero_method="wilcox", method="approx", correction=False
+    std::vector<double> many;
+    for (int i = 0; i < 6; ++i) many.insert(many.end(), differences.begin(), differences.end());
+    const RankTest normal = of(many);
+    EXPECT_NEAR(normal.p, 2.722664539776872e-07, 1e-14);
+    EXPECT_EQ(normal.positive, 1608);
+    EXPECT_FALSE(normal.exact);
     // 20.6 - 20.1 and 22.2 - 21.7 differ by rounding alone.
     EXPECT_TRUE(
         signed_rank_test(std::vector<double>{20.1, 21.7, 3}, std::vector<double>{20.6, 22.2, 9})

@@ -2055,6 +2055,16 @@ function(LgmTrainsAndPredictsFromFourViews)
   vkrun(0 inspect ${TEMP}/out/scene.ply --json)
   expect_json("${out}" 0 sh_degree)
 
+  vkrun(0 eval --inputs 5,3,1,0 ${weights} --data ${TEMP}/data --out ${TEMP}/eval)
+  file(READ ${TEMP}/eval/per_image.csv novel)
+  expect("${novel}" ",2,[^\n]+\n[^,]+,4,[^\n]+\n$")
+  vkrun(2 eval ${weights} --inputs 0,1 --data ${TEMP}/data --out ${TEMP}/one)
+  expect("${err}" "--inputs names 2 views, expected the 4 that the network takes")
+  vkrun(4 eval ${weights} --inputs 0,1,2,9 --data ${TEMP}/data --out ${TEMP}/one)
+  expect("${err}" "conditioning view 9 does not exist: an object has 6 views")
+  vkrun(4 eval ${weights} --inputs 0,1,2,2 --data ${TEMP}/data --out ${TEMP}/one)
+  expect("${err}" "conditioning view 2 is given twice")
+
   vkrun(2 predict ${front} --weights ${weights} --out ${TEMP}/one)
   expect("${err}" "1 picture, but the network takes 4: views of one object from the front, the right, the back and "
          "azimuth 0, 90, 180, 270 degrees" "multi-view diffusion model such as ImageDream")

@@ -30,7 +30,9 @@ import zlib
 import numpy as np
 
 ABSREL, MEDIAN_ANGLE, MEAN_ANGLE, MASK_MAE = 0.045, 8.4, 16.4, 0.044
-NEAREST, FARTHEST = 0.85, 1.8  # distances of white and of black in the maps of `vkrun data synth`
+# Distances of white and of black in the maps of `vkrun data synth`, whose white is the nearest pixel of each picture: about
+# that of the mean, so that distances, and errors as shares of them, are right to some percent.
+NEAREST, FARTHEST = 0.85, 1.8
 CELLS = 8  # cells of a field across the picture
 VERSION = 1
 

@@ -663,8 +663,8 @@ namespace Splat
         /** <summary>sum of the ranks of differences above 0</summary> */ public double WilcoxonW { get; }
         /// <summary>differences that are not 0; with fewer than 6 it shows no difference</summary>
         public long WilcoxonN { get; }
-        /// <summary>true: <c>PWilcoxon</c> is exact (50 differences or fewer, of different sizes); false: by a normal
-        /// distribution, its variance corrected for ties</summary>
+        /// <summary>true: <c>PWilcoxon</c> is exact (50 differences or fewer); false: by a normal distribution, its
+        /// variance corrected for ties</summary>
         public bool WilcoxonExact { get; }
         /// <summary>true: differences of one size share the mean of their ranks</summary>
         public bool WilcoxonTied { get; }

@@ -4776,8 +4776,8 @@ namespace Splat.Interop
         /** <summary>sum of the ranks of differences above 0</summary> */ public double wilcoxon_w;
         /// <summary>differences that are not 0; with fewer than 6 it shows no difference</summary>
         public ulong wilcoxon_n;
-        /// <summary>1: p_wilcoxon is exact (50 differences or fewer, of different sizes); 0: by a normal
-        /// distribution, its variance corrected for ties</summary>
+        /// <summary>1: p_wilcoxon is exact (50 differences or fewer); 0: by a normal distribution, its variance
+        /// corrected for ties</summary>
         public uint wilcoxon_exact;
         /** <summary>1: differences of one size share the mean of their ranks</summary> */ public uint wilcoxon_tied;
         /** <summary>objects in which A is better; 0 unpaired</summary> */ public ulong wins_a;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "core/os/path.h"
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
@@ -23,7 +24,7 @@ constexpr const char* kCompareFooter =
 Objects are paired by name. For each metric the mean difference B - A comes with a permutation test (signs of the
 differences flipped), Student's t test, and Cohen's d of the differences; with two bootstrap intervals of 95 %, by
 percentiles and bias-corrected and accelerated (BCa, Efron 1987); and with Wilcoxon's signed rank test: differences
-that are 0 are dropped (Wilcoxon's rule), p is exact for up to 50 differences of different sizes, else of a normal
+that are 0 are dropped (Wilcoxon's rule), p is exact for up to 50 differences, else of a normal
 distribution whose variance is corrected for ties. p (Holm) is p corrected for the number of metrics; if that of the
 permutation test is below 0.05, the difference is called better or worse. The objects, and where per_image.csv lies
 beside both per_object.csv the images, in which A is better, both are equal, and B is better, are counted.
@@ -147,8 +148,11 @@ void write_tables(const CompareOptions& options, const std::vector<MetricFinding
 /// Throws a Failure unless each file that is asked for can be written.
 void check_outputs(const CompareOptions& options) {
     std::vector<std::string> inputs = {options.a, options.b}, taken;
-    for (const std::string& folder : {options.a, options.b})
-        inputs.push_back(folder + "/per_object.csv");
+    for (const std::string& given : {options.a, options.b})
+        for (const std::string& folder :
+             {given, splat::os::text_of(splat::os::path_of(given).parent_path())})
+            for (const char* const name : {"per_object.csv", "per_image.csv"})
+                inputs.push_back(splat::os::text_of(splat::os::path_of(folder) / name));
     for (const std::string& file : {options.plot, options.latex, options.csv}) {
         if (file.empty()) continue;
         check_target(file, options.overwrite, inputs);

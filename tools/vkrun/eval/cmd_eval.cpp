@@ -338,6 +338,7 @@ void add_eval(CLI::App& app, int& exit_code) {
                      "Numbers of the conditioning views of each object, as many as the network\n"
                      "takes; default: see below")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->type_name("LIST");
     command
         ->add_option("--images", options->images,

@@ -50,7 +50,7 @@ void check_page(const std::string& path) {
 }
 
 /// Throws a Failure unless there are evaluations for the tables that are asked for, and these can be written.
-RunEvaluations evaluations_of(const ReportOptions& options) {
+RunEvaluations evaluations_of(const ReportOptions& options, const std::string& page) {
     if (options.latex.empty() && options.csv.empty()) {
         if (options.overwrite)
             throw Failure(kUsageError,
@@ -60,9 +60,19 @@ RunEvaluations evaluations_of(const ReportOptions& options) {
     }
     if (options.latex == options.csv)
         throw Failure(kUsageError, "'" + options.csv + "' is asked for twice; name two files");
+    std::vector<std::string> inputs;
+    for (const std::string& run : options.runs)
+        for (const char* const name : {"per_object.csv", "per_image.csv", "objects.json"})
+            inputs.push_back(splat::os::text_of(splat::os::path_of(run) / "eval" / name));
+    const auto whole = [](const std::string& path) {
+        std::error_code failed;
+        return std::filesystem::weakly_canonical(splat::os::path_of(path), failed);
+    };
     for (const std::string& file : {options.latex, options.csv}) {
         if (file.empty()) continue;
-        check_target(file, options.overwrite);
+        if (whole(file) == whole(page))
+            throw Failure(kUsageError, "'" + file + "' is the page of --out; name another file");
+        check_target(file, options.overwrite, inputs);
         check_folder_of(file);
     }
     RunEvaluations found = compare_evaluations(options.runs);
@@ -76,9 +86,13 @@ RunEvaluations evaluations_of(const ReportOptions& options) {
 int report(const ReportOptions& options) {
     const std::string out = options.out.empty() ? "" : one_file(options.out, "report.html");
     check_page(out);
-    const RunEvaluations evaluations = evaluations_of(options);
+    const std::string page =
+        out.empty() ? splat::os::text_of(splat::os::path_of(options.runs[0]) / "report.html") : out;
+    const RunEvaluations evaluations = evaluations_of(options, page);
     make_folder_of(out);
-    const std::string path = write_run_report(options.runs, out);
+    const bool tables = !options.latex.empty() || !options.csv.empty();
+    const std::string path =
+        write_run_report(options.runs, out, false, tables ? &evaluations : nullptr);
     if (!options.latex.empty()) write_text(options.latex, comparison_latex(evaluations.table));
     if (!options.csv.empty()) write_text(options.csv, comparison_csv(evaluations.table));
     if (options.json)

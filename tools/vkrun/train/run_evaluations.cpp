@@ -8,12 +8,12 @@
 namespace vkrun {
 namespace {
 
-/// `b` compared with `a`, files of scores; empty if they share no object.
-Comparison compare_files(const std::string& a, const std::string& b) {
+/// `b` compared with `a`, files of scores, or its means alone; empty if they share no object.
+Comparison compare_files(const std::string& a, const std::string& b, bool means) {
     auto desc = sized<splat_compare_desc>();
     desc.a.path = a.c_str();
     desc.b.path = b.c_str();
-    if (a == b) desc.resamples = desc.bootstraps = 1;  // only its means are shown
+    if (means) desc.resamples = desc.bootstraps = 1;
     Comparison comparison;
     const splat_result result = splat_compare_scores(&desc, comparison.out());
     if (result != SPLAT_OK && result != SPLAT_ERROR_NOT_FOUND)
@@ -35,7 +35,7 @@ RunEvaluations compare_evaluations(const std::vector<std::string>& folders) {
             first = file;
             found.table.baseline = folder;
         }
-        const Comparison comparison = compare_files(first, file);
+        const Comparison comparison = compare_files(first, file, is_first);
         if (comparison.get() == nullptr) continue;
         const Json report = library_json(splat_comparison_report, comparison.get());
         const auto compared = compared_metrics(comparison.get(), report);

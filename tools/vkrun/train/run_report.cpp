@@ -178,8 +178,7 @@ void add_run(HtmlPage& page, const ShownRun& run) {
 }
 
 /// The evaluations in the runs' folders.
-void add_evaluations(HtmlPage& page, const std::vector<std::string>& folders) {
-    const RunEvaluations found = compare_evaluations(folders);
+void add_evaluations(HtmlPage& page, const RunEvaluations& found) {
     if (found.first.empty()) return;
     const std::string& baseline = found.table.baseline;
     std::vector<std::vector<std::string>> rows = {
@@ -203,8 +202,9 @@ void add_evaluations(HtmlPage& page, const std::vector<std::string>& folders) {
     page.heading("Evaluations, over the objects that both have");
     page.table(rows);
     page.paragraph(
-        "Two-sided tests of pairs, not corrected for the number of metrics: signs of differences "
-        "flipped at random, and Wilcoxon's signed rank test without differences of 0, exact or, "
+        "Two-sided tests of pairs, not corrected for the number of metrics: all flips of the signs "
+        "of up to 20 differences, else random ones, and Wilcoxon's signed rank test without "
+        "differences of 0, exact or, "
         "where it says normal, approximated with a correction for ties. Intervals by bootstrap: "
         "percentiles, and bias-corrected and accelerated (BCa).");
     for (const std::string& note : found.notes) page.note(note);
@@ -221,7 +221,7 @@ std::string now_text() {
 }  // namespace
 
 std::string write_run_report(const std::vector<std::string>& folders, const std::string& out,
-                             bool running) {
+                             bool running, const RunEvaluations* compared) {
     std::vector<ShownRun> runs;
     for (const std::string& folder : folders) runs.push_back(read_run(folder));
     const bool fits =
@@ -250,7 +250,7 @@ std::string write_run_report(const std::vector<std::string>& folders, const std:
         for (const ShownRun& run : runs) curves.push_back(curve_of(run, key));
         page.chart(caption, curves);
     }
-    add_evaluations(page, folders);
+    add_evaluations(page, compared == nullptr ? compare_evaluations(folders) : *compared);
     for (const ShownRun& run : runs) add_run(page, run);
     const std::string path = out.empty() ? runs[0].folder + "/report.html" : out;
     replace_file(path, page.text());

@@ -696,8 +696,8 @@ class MetricComparison(Record):
     p_wilcoxon_holm  p_wilcoxon corrected for the number of metrics
     wilcoxon_w       sum of the ranks of differences above 0
     wilcoxon_n       differences that are not 0; with fewer than 6 it shows no difference
-    wilcoxon_exact   True: p_wilcoxon is exact (50 differences or fewer, of different sizes); False: by a normal
-                     distribution, its variance corrected for ties
+    wilcoxon_exact   True: p_wilcoxon is exact (50 differences or fewer); False: by a normal distribution, its
+                     variance corrected for ties
     wilcoxon_tied    True: differences of one size share the mean of their ranks
     wins_a           objects in which A is better; 0 unpaired
     wins_b           objects in which B is better

@@ -1827,8 +1827,7 @@ pub struct splat_metric_comparison {
     /** p_wilcoxon corrected for the number of metrics */ pub p_wilcoxon_holm: f64,
     /** sum of the ranks of differences above 0 */ pub wilcoxon_w: f64,
     /** differences that are not 0; with fewer than 6 it shows no difference */ pub wilcoxon_n: u64,
-    /// 1: p_wilcoxon is exact (50 differences or fewer, of different sizes); 0: by a normal distribution, its
-    /// variance corrected for ties
+    /// 1: p_wilcoxon is exact (50 differences or fewer); 0: by a normal distribution, its variance corrected for ties
     pub wilcoxon_exact: u32,
     /** 1: differences of one size share the mean of their ranks */ pub wilcoxon_tied: u32,
     /** objects in which A is better; 0 unpaired */ pub wins_a: u64,

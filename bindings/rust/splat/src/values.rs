@@ -1045,8 +1045,8 @@ output! {
         /** p_wilcoxon corrected for the number of metrics */ p_wilcoxon_holm: f64 = raw.p_wilcoxon_holm,
         /** sum of the ranks of differences above 0 */ wilcoxon_w: f64 = raw.wilcoxon_w,
         /** differences that are not 0; with fewer than 6 it shows no difference */ wilcoxon_n: u64 = raw.wilcoxon_n,
-        /// true: p_wilcoxon is exact (50 differences or fewer, of different sizes); false: by a normal distribution,
-        /// its variance corrected for ties
+        /// true: p_wilcoxon is exact (50 differences or fewer); false: by a normal distribution, its variance
+        /// corrected for ties
         wilcoxon_exact: bool = raw.wilcoxon_exact != 0,
         /// true: differences of one size share the mean of their ranks
         wilcoxon_tied: bool = raw.wilcoxon_tied != 0,
