@@ -3094,7 +3094,8 @@ namespace Splat.Interop
         /// <summary>
         /// Find the planes of the surface that a depth map shows, by growing regions; at most 255, the largest.
         /// The same bits for the same maps.
-        /// depth     1 channel, as of splat_normals_from_depth(); the surface ends where there is none
+        /// depth     1 channel, as of splat_normals_from_depth(); 0 is no surface, also as relative
+        ///           depth, which has nothing nearer than `farthest` there
         /// normal    3 channels of its size, in the camera's axes; NULL: those of splat_normals_from_depth()
         /// camera    the camera of the depth map, and what its numbers mean
         /// desc      NULL: the defaults

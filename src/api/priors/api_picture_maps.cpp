@@ -157,8 +157,9 @@ splat_result splat_planes_from_depth(const splat_image* depth, const splat_image
         if (vectors && to.type == SPLAT_PIXEL_U8)
             return invalid("plane has bytes, expected F16 or F32 with SPLAT_NORMAL_VECTORS");
         SPLAT_ASSIGN(std::vector<float> distances, distances_in(from, *camera));
-        for (float& z : distances)
-            if (!std::isfinite(z)) z = 0;
+        const std::vector<float> given = api::interleaved_of(from);
+        for (std::size_t i = 0; i < distances.size(); ++i)
+            if (!std::isfinite(distances[i]) || given[i] == 0) distances[i] = 0;
         const prior_models::DepthCamera seen_by = camera_of(from, *camera);
         SPLAT_ASSIGN(const std::vector<float> normals,
                      normals_in(normal, vectors, distances, seen_by));
