@@ -248,7 +248,7 @@ typedef struct splat_tokens_desc {
     const char* names;
     const char* out;    /* file to write: .npz or .safetensors; an existing one is replaced */
     uint32_t dimension; /* numbers of a token, even, 12 to 4096; 0: 32, with POOLED 60 */
-    uint32_t tokens;    /* of a view, at most 65536; 0: 16; no effect with POOLED */
+    uint32_t tokens;    /* tokens of a view, at most 65536; 0: 16; no effect with POOLED */
 } splat_tokens_desc;
 
 /* What was written. */

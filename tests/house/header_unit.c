@@ -42,6 +42,8 @@ splat_dataset_export_desc sample_dataset_export_desc;
 splat_synthetic_desc sample_synthetic_desc;
 splat_co3d_desc sample_co3d_desc;
 splat_co3d_info sample_co3d_info;
+splat_tokens_desc sample_tokens_desc;
+splat_tokens_info sample_tokens_info;
 splat_model_desc sample_model_desc;
 splat_model_input sample_model_input;
 splat_model_gradients sample_model_gradients;

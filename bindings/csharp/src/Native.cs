@@ -3685,7 +3685,7 @@ namespace Splat.Interop
         public byte* names;
         /** <summary>file to write: .npz or .safetensors; an existing one is replaced</summary> */ public byte* @out;
         /** <summary>numbers of a token, even, 12 to 4096; 0: 32, with POOLED 60</summary> */ public uint dimension;
-        /** <summary>of a view, at most 65536; 0: 16; no effect with POOLED</summary> */ public uint tokens;
+        /** <summary>tokens of a view, at most 65536; 0: 16; no effect with POOLED</summary> */ public uint tokens;
     }
 
     /// <summary>What was written.</summary>

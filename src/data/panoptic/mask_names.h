@@ -20,7 +20,7 @@ struct Segment {
     MaskId id = 0;
     std::string name;                 ///< name of its class
     std::uint64_t area = 0;           ///< pixels
-    std::uint32_t left = 0, top = 0;  ///< its box, pixels
+    std::uint32_t left = 0, top = 0;  ///< the box around it, pixels
     std::uint32_t width = 0, height = 0;
 };
 

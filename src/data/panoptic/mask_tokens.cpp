@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/hash.h"
+#include "core/os/path.h"
 #include "core/path_name.h"
 #include "core/rng.h"
 #include "data/dataset.h"
@@ -104,8 +105,9 @@ class Writer {
         }
         ++counts_.objects;
         counts_.views += views;
-        std::vector<std::int64_t> dims = {views, desc_.dimension};
-        if (!desc_.pooled) dims.push_back(desc_.tokens);
+        std::vector<std::int64_t> dims(desc_.pooled ? 2 : 3, desc_.tokens);
+        dims[0] = views;
+        dims[1] = desc_.dimension;
         return file_.tensors.add({.name = name, .dims = std::move(dims), .values = values});
     }
 

@@ -14,24 +14,24 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kDataTokensFooter =
-    R"(MASKS has SPLIT/OBJECT/ with a .png for each view, in the order of their names; of a data set without splits OBJECT/.
-NAMES says what their colours mean: a .json with COCO's panoptic annotations (file_name is the path in MASKS, or its
-last part; ids are R + 256 G + 65536 B), or a palette as GIMP writes it, lines "R G B name". Colours with one name
-are instances of one class. The id 0 of COCO and colours named "void" have no token.
+    R"(MASKS has SPLIT/OBJECT/ with a .png for each view, in the order of their names; of a data set without splits
+OBJECT/. NAMES says what their colours mean: a .json with COCO's panoptic annotations (file_name is the path in MASKS,
+or its last part; ids are R + 256 G + 65536 B), or a palette as GIMP writes it, lines "R G B name". Colours with one
+name are instances of one class. The id 0 of COCO and colours named "void" have no token.
 
 FILE gets an array for each object: [views, dimension, tokens] for data.tokens_file, with model.token_dim and
 model.tokens of these numbers; with --pooled [views, dimension] for data.embedding_file, the sum of the tokens of all
 segments, each times its share of the picture: cam_embd.dimension is then a sixth of --dimension. Segments follow each
-other by area, the largest first, then by id. A token has dimension - 8 numbers of the class (sines and cosines that depend
-on its name alone), sine and cosine of the instance's number (0 for the first of its class), x and y of the centre, width
-and height of its box, its area, as shares of the picture, and 1. Tokens that a view lacks are 0.
+other by area, the largest first, then by id. A token has dimension - 8 numbers of the class (sines and cosines that
+depend on its name alone), sine and cosine of the instance's number (0 for the first of its class), x and y of the
+centre, width and height of its box, its area, as shares of the picture, and 1. Tokens that a view lacks are 0.
 
 Exit status: 0 done, 1 FILE cannot be written, 2 wrong usage, 4 the data set, a mask or NAMES is missing, damaged or
 does not fit.
 
 Examples:
   vkrun data tokens data --masks panoptic --names panoptic.json --out tokens.npz
-  vkrun train small --data data --set data.tokens_file=tokens.npz --set model.token_dim=32 --set model.tokens=16 --out run
+  vkrun train small --data data --set data.tokens_file=tokens.npz --set model.token_dim=32 --set model.tokens=16
   vkrun data tokens data --masks labels --names palette.gpl --pooled --out embedding.npz --json
 )";
 

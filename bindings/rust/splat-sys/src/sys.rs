@@ -866,7 +866,7 @@ pub struct splat_tokens_desc {
     pub names: *const c_char,
     /** file to write: .npz or .safetensors; an existing one is replaced */ pub out: *const c_char,
     /** numbers of a token, even, 12 to 4096; 0: 32, with POOLED 60 */ pub dimension: u32,
-    /** of a view, at most 65536; 0: 16; no effect with POOLED */ pub tokens: u32,
+    /** tokens of a view, at most 65536; 0: 16; no effect with POOLED */ pub tokens: u32,
 }
 
 /// What was written.

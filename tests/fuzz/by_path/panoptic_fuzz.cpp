@@ -1,7 +1,7 @@
 // COCO's panoptic annotations or a palette, and a mask of theirs. The mask has the path "a.png".
 
 #include "data/panoptic/mask_tokens.h"
-#include "fuzz/target.h"
+#include "fuzz/by_path/folder.h"
 
 using namespace splat;
 
@@ -28,8 +28,10 @@ SPLAT_FUZZ_TARGET(io::Bytes input) {
     io::ImageOptions small;
     small.max_side = 64;
     const auto mask = io::read_png(picture, small);
-    for (const auto& read : {data::MaskNames::of_coco(io::as_text(names)),
-                             data::MaskNames::of_palette(io::as_text(names))}) {
+    static const fuzz::Folder folder({"a.json", "a.gpl"});
+    for (const std::size_t kind : {0U, 1U}) {
+        folder.write(kind, names);
+        const auto read = data::MaskNames::load(folder.path(kind == 0 ? "a.json" : "a.gpl"));
         if (!fuzz::accepted(read.status()) || !mask.ok()) continue;
         const auto segments = read.value().segments(mask.value(), "a.png");
         if (!fuzz::accepted(segments.status())) continue;
