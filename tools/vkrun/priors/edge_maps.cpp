@@ -28,7 +28,7 @@ std::vector<std::string> default_operators(const std::string& map) {
     return {map == "mask" ? "canny" : "sobel"};
 }
 
-LoadedDepth gray_of(const splat_image& picture) {
+LoadedDepth gray_plane_of(const splat_image& picture) {
     // 0.299 R + 0.587 G + 0.114 B in units of 2^-14, rounded.
     constexpr unsigned kRed = 4899, kGreen = 9617, kBlue = 1868, kHalf = 1U << 13U, kShift = 14;
     const std::size_t pixels = std::size_t{picture.width} * picture.height;

@@ -22,7 +22,7 @@ const std::vector<std::string>& edge_operators();
 std::vector<std::string> default_operators(const std::string& map);
 
 /// [height,width] from 0 to 1: gray as OpenCV's BGR2GRAY makes it of 8 bits.
-LoadedDepth gray_of(const splat_image& picture);
+LoadedDepth gray_plane_of(const splat_image& picture);
 
 /// The edges of a plane from 0 to 1, [height,width,operators]. Throws a Failure of bad data.
 std::vector<float> edges_of(const splat_image& plane, const std::vector<std::string>& operators);

@@ -231,7 +231,7 @@ void make_edges(MapRun& run, const MapJob& job) {
     try {
         const LoadedDepth plane = run.options.depth.use
                                       ? load_depth_plane(job)
-                                      : gray_of(load_picture(os::text_of(job.picture)).image);
+                                      : gray_plane_of(load_picture(os::text_of(job.picture)).image);
         const std::vector<float> edges = edges_of(plane.image, run.options.edges.operators);
         std::size_t first = 0;
         for (const MapKind& kind : run.kinds) {
