@@ -77,7 +77,7 @@ TEST_F(TrainingResume, LooksAtAllStagesFirst) {
     EXPECT_ERROR(refusal(desc("run", {"opt.stages=[{iterations: 1}, {iterations: 1, lambda_lpips: "
                                       "0.1}, {iterations: 2}]"})),
                  Code::kInvalidArgument, "stage 1 of 'opt.stages': 'opt.lambda_lpips' is 0.1, but");
-    EXPECT_ERROR(refusal(desc("run", {"opt.stages=[{iterations: 1}, {iterations: 1, lambda_lpips: "
+    EXPECT_ERROR(refusal(desc("run", {"opt.stages=[{iterations: 1}, {iterations: 3, lambda_lpips: "
                                       "0.1}]"})),
                  Code::kInvalidArgument, "stage 1 of 'opt.stages': 'opt.lambda_lpips' is 0.1, but");
     EXPECT_FALSE(fs::exists(folder_ / "run"));
