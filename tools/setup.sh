@@ -24,8 +24,8 @@ packages_test="libgtest-dev liblzma-dev spirv-tools spirv-cross vulkan-validatio
     openssl"
 
 # Needed by the tests against PyTorch, splat-transform, trimesh, GNU parallel and two kinds of MPI, in a browser and in
-# shells, which are not among the quick ones. A node that does not come from Debian has its own npm, which conflicts with
-# Debian's.
+# shells, which are not among the quick ones. A node that does not come from Debian has its own npm, which conflicts
+# with Debian's.
 packages_interop="python3-torch libopenblas0-pthread python3-pil parallel chromium zsh fish
     openmpi-bin libopenmpi-dev mpich libmpich-dev"
 command -v npm >/dev/null 2>&1 || packages_interop="$packages_interop nodejs npm"
