@@ -19,6 +19,7 @@ using splat::ref::Vec;
 constexpr std::uint32_t kColumns = 48, kRows = 36;
 /// By Vulkan's table: a weight is a quotient of sums, a normal is twice divided by a length, which is a root.
 constexpr double kDepthRoundings = 16, kNormalRoundings = 40;
+constexpr double kAny = 1e3;  ///< farther than any result lies, so that none of these is the worst
 constexpr double kHalf = 32;  ///< the power of two from half a side on, which scales depths
 constexpr const char* kTriangleReason =
     "corners are rounded to 2^-24 of the greatest of their terms; a plane that moves by e moves a "
@@ -202,7 +203,7 @@ std::pair<Expected, Expected> expected_maps(const TriangleScene& scene) {
                             triangle(sample) != triangle(nearer) ||
                             triangle(sample) != triangle(farther);
         depth.value.push_back(z);
-        depth.allowed.push_back(unsure ? 2 * farthest : allowed);
+        depth.allowed.push_back(unsure ? kAny * farthest : allowed);
         Vec seen{};
         double turned = 0;
         if (sample.hit) {
@@ -219,7 +220,7 @@ std::pair<Expected, Expected> expected_maps(const TriangleScene& scene) {
         }
         for (const double value : seen) {
             normal.value.push_back(value);
-            normal.allowed.push_back(unsure ? 2 : turned);
+            normal.allowed.push_back(unsure ? kAny : turned);
         }
     }
     return {std::move(depth), std::move(normal)};
