@@ -239,7 +239,7 @@ typedef struct splat_tokens_desc {
     const void* next;
     const char* data;     /* folder of the data set */
     const char* format;   /* NULL: detected */
-    const char* category; /* of several in the folder; NULL: the only one */
+    const char* category; /* which of several in the folder; NULL: the only one */
     /* folder of the masks: SPLIT/OBJECT/ with a .png for each view, in the order of their names; of
      * a data set without splits OBJECT/ */
     const char* masks;

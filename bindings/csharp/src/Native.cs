@@ -3676,7 +3676,7 @@ namespace Splat.Interop
         public void* next;
         /** <summary>folder of the data set</summary> */ public byte* data;
         /** <summary>NULL: detected</summary> */ public byte* format;
-        /** <summary>of several in the folder; NULL: the only one</summary> */ public byte* category;
+        /** <summary>which of several in the folder; NULL: the only one</summary> */ public byte* category;
         /// <summary>folder of the masks: SPLIT/OBJECT/ with a .png for each view, in the order of their names; of a
         /// data set without splits OBJECT/</summary>
         public byte* masks;

@@ -37,7 +37,7 @@ struct Frame {
 };
 
 /// Gray values of a frame, 0 to 255.
-std::vector<int> gray_of(const Frame& frame) {
+std::vector<int> gray_of_frame(const Frame& frame) {
     std::vector<int> gray(frame.rgb.size() / 3);
     for (std::size_t i = 0; i < gray.size(); ++i)
         gray[i] = (2 * frame.rgb[3 * i] + 5 * frame.rgb[3 * i + 1] + frame.rgb[3 * i + 2]) / 8;
@@ -128,7 +128,7 @@ class SharpestFrames {
         const std::uint64_t part = std::min((frame.number - 1) * parts_ / frames_, parts_ - 1);
         if (part != part_) write();
         part_ = part;
-        std::vector<int> gray = gray_of(frame);
+        std::vector<int> gray = gray_of_frame(frame);
         frame.sharpness = sharpness_of(frame, gray);
         progress_.show(std::min(seen_, frames_));
         if (frame.sharpness <= best_.sharpness) return;

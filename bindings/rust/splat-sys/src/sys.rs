@@ -857,7 +857,7 @@ pub struct splat_tokens_desc {
     pub next: *const c_void,
     /** folder of the data set */ pub data: *const c_char,
     /** NULL: detected */ pub format: *const c_char,
-    /** of several in the folder; NULL: the only one */ pub category: *const c_char,
+    /** which of several in the folder; NULL: the only one */ pub category: *const c_char,
     /// folder of the masks: SPLIT/OBJECT/ with a .png for each view, in the order of their names; of a data set
     /// without splits OBJECT/
     pub masks: *const c_char,

@@ -289,7 +289,7 @@ pub struct TokensDesc<'a> {
     pub data: Option<&'a Path>,
     /// None: detected.
     pub format: Option<&'a str>,
-    /// Of several in the folder; None: the only one.
+    /// Which of several in the folder; None: the only one.
     pub category: Option<&'a str>,
     /// SPLIT/OBJECT/ with a .png for each view; of a data set without splits OBJECT/.
     pub masks: Option<&'a Path>,
