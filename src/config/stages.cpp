@@ -138,7 +138,7 @@ std::vector<ConfigEntry> stage_entries(const TrainConfig& c) {
             ConfigEntry entry = key->field.write(*key, {{}, c.stages[i]});
             if (key->name != std::string_view(kSum) &&
                 same_value(entry, key->field.write(*key, {{}, c})))
-                continue;  // as for all stages
+                continue;
             entry.key = name_in(i, *key);
             entries.push_back(std::move(entry));
         }
@@ -171,14 +171,12 @@ std::string stages_text(const Config& config) {
 
 Config without_stages(const Config& base, const Config& changes) {
     const std::string below = std::string(kList) + ".";
-    const ConfigEntry* const list = changes.find(kList);
-    const bool replaced = list != nullptr, none = replaced && !list->map;
-    const bool changed = replaced || std::ranges::any_of(changes.entries(), [&](auto& entry) {
-                             return entry.key.starts_with(below);
-                         });
+    const bool replaced = changes.find(kList) != nullptr;
+    const bool given = std::ranges::any_of(
+        changes.entries(), [&](auto& entry) { return entry.key.starts_with(below); });
     Config kept(base.what());
     for (const ConfigEntry& entry : base.entries())
-        if (!(replaced && entry.key.starts_with(below)) && !(changed && !none && entry.key == kSum))
+        if (!(replaced && entry.key.starts_with(below)) && !(given && entry.key == kSum))
             kept.set(entry);
     return kept;
 }
