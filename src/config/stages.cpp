@@ -27,24 +27,22 @@ std::string name_in(std::size_t stage, const Key& key) {
     return format("%s.%zu.%s", kList, stage, key.name + std::string_view("opt.").size());
 }
 
+bool has_stage(const Config& config, std::size_t number) {
+    const std::string stage = format("%s.%zu", kList, number), below = stage + ".";
+    return std::ranges::any_of(config.entries(), [&](const ConfigEntry& entry) {
+        return entry.key == stage || entry.key.starts_with(below);
+    });
+}
+
 std::size_t stages_in(const Config& config) {
     std::size_t count = 0;
-    const auto has = [&](const std::string& stage) {
-        const std::string below = stage + ".";
-        return std::ranges::any_of(config.entries(), [&](const ConfigEntry& entry) {
-            return entry.key == stage || entry.key.starts_with(below);
-        });
-    };
-    while (count < kMostStages && has(format("%s.%zu", kList, count))) ++count;
+    while (count < kMostStages && has_stage(config, count)) ++count;
     return count;
 }
 
 Status check_list(const Config& config) {
     const ConfigEntry* const list = config.find(kList);
-    if (config.find(format("%s.%zu", kList, kMostStages)) != nullptr ||
-        std::ranges::any_of(config.entries(), [&](const ConfigEntry& entry) {
-            return entry.key.starts_with(format("%s.%zu.", kList, kMostStages));
-        }))
+    if (has_stage(config, kMostStages))
         return invalid("%s: '%s' has more than %zu stages", config.what().c_str(), kList,
                        kMostStages);
     const bool null = list != nullptr && !list->list && !list->map && list->values[0].index() == 0;

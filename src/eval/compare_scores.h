@@ -21,7 +21,7 @@ struct MetricFinding {
     double p_holm = 1;     ///< p_permutation corrected for the number of metrics
     RankTest rank;         ///< the test of pairs; its p is NaN without them
     double rank_holm = 1;  ///< p of `rank`, corrected for the number of metrics
-    Wins objects;          ///< none unpaired, as of images
+    Wins objects;          ///< counts pairs of objects
     Wins images;           ///< counts views of both, where files tell them
     Verdict verdict = Verdict::kNoDifference;
 };

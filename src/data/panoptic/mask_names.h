@@ -38,8 +38,8 @@ class MaskNames {
     /// pixels. Errors: kFormat, naming the place.
     static Result<MaskNames> of_coco(std::string_view text);
 
-    /// "GIMP Palette", lines "Name:", "Columns:" and '#' are passed over. Colours may share a name: they are instances
-    /// of one class. Errors: kFormat, naming the line.
+    /// Lines "R G B name". Leaves out the heading "GIMP Palette", the lines "Name:" and "Columns:", and comments, which
+    /// begin with '#'. Colours of one name are instances of one class. Errors: kFormat, naming the line.
     static Result<MaskNames> of_palette(std::string_view text);
 
     /// The segments of a mask, the largest first, those of one area by their numbers; without 0 of COCO and the colours
