@@ -265,7 +265,8 @@ Status check_names(const Config& config) {
         if (sections.empty() || sections.back() != section_of(key))
             sections.push_back(section_of(key));
     }
-    for (std::string& name : stage_names(config)) names.push_back(std::move(name));
+    SPLAT_ASSIGN(const std::vector<std::string> of_stages, stage_names(config));
+    names.insert(names.end(), of_stages.begin(), of_stages.end());
     std::vector<std::string> known = sections;
     known.insert(known.end(), std::begin(kForeignSections), std::end(kForeignSections));
     SPLAT_TRY(config.refuse_unknown_sections(known));

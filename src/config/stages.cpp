@@ -42,9 +42,6 @@ std::size_t stages_in(const Config& config) {
 
 Status check_list(const Config& config) {
     const ConfigEntry* const list = config.find(kList);
-    if (has_stage(config, kMostStages))
-        return invalid("%s: '%s' has more than %zu stages", config.what().c_str(), kList,
-                       kMostStages);
     const bool null = list != nullptr && !list->list && !list->map && list->values[0].index() == 0;
     if (list == nullptr || list->map || null || (list->list && list->values.empty())) return {};
     return invalid(
@@ -104,7 +101,10 @@ std::string stage_name(const std::string& what, std::size_t stage) {
     return format("%s: stage %zu of '%s'", what.c_str(), stage, kList);
 }
 
-std::vector<std::string> stage_names(const Config& config) {
+Result<std::vector<std::string>> stage_names(const Config& config) {
+    if (has_stage(config, kMostStages))
+        return invalid("%s: '%s' has more than %zu stages", config.what().c_str(), kList,
+                       kMostStages);
     std::vector<std::string> names;
     const std::size_t count = stages_in(config);
     for (std::size_t i = 0; i < count; ++i)

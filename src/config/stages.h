@@ -13,8 +13,9 @@ inline constexpr std::size_t kMostStages = 100;
 /// "config.yaml: stage 0 of 'opt.stages'"
 std::string stage_name(const std::string& what, std::size_t stage);
 
-/// Names that the stages of a configuration may have: "opt.stages.0.base_lr".
-std::vector<std::string> stage_names(const Config& config);
+/// Names that the stages of a configuration may have: "opt.stages.0.base_lr". Errors: kInvalidArgument for more than
+/// kMostStages.
+Result<std::vector<std::string>> stage_names(const Config& config);
 
 /// Read opt.stages, a list of maps of keys of opt. What a stage does not give, it has from `c`, which the other keys
 /// have set; `c` gets the updates of all stages together.

@@ -51,6 +51,9 @@ TEST(ConfigEffects, KeysThatNeedAnotherAreNamedWithoutIt) {
     const Case cases[] = {
         {"opt: {step_lr_at: 5, lr_schedule: constant}",
          "'opt.step_lr_at' has no effect unless opt.lr_schedule is step", "opt: {step_lr_at: 5}"},
+        {"opt: {base_lr: 1e-3, stages: [{iterations: 2, base_lr: 1e-4}]}",
+         "'opt.base_lr' has no effect because every stage of opt.stages has its own",
+         "opt: {base_lr: 1e-3, stages: [{iterations: 2, base_lr: 1e-4}, {iterations: 2}]}"},
         {"opt: {start_lpips_after: 5}", "'opt.start_lpips_after' has no effect while",
          "opt: {start_lpips_after: 5, lambda_lpips: 0.1}"},
         {"opt: {lpips_weights: [a]}", "'opt.lpips_weights' has no effect while",

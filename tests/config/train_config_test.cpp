@@ -185,6 +185,10 @@ TEST(TrainConfigStages, RefuseWhatContradicts) {
         const auto config = need(read_yaml_config(std::string("opt: {") + keys + "}", "test.yaml"));
         EXPECT_ERROR(config::settings_of(config), Code::kInvalidArgument, says);
     }
+    std::string many = "opt: {stages: [{iterations: 1}";
+    for (int i = 0; i < 100; ++i) many += ", {iterations: 1}";
+    EXPECT_ERROR(config::settings_of(need(read_yaml_config(many + "]}", "test.yaml"))),
+                 Code::kInvalidArgument, "'opt.stages' has more than 100 stages");
 }
 
 /// Published configurations have a weight of LPIPS but name no files; evaluations read them too.

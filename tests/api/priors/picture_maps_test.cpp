@@ -120,6 +120,22 @@ Floats two_planes() {
     return depth;
 }
 
+TEST(ApiPictureMaps, RelativeDepthOfZeroHasNoPlane) {
+    Floats depth(24 * 20, 0), plane(depth.size() * 4);
+    for (std::size_t i = 0; i < depth.size(); ++i)
+        if (i % 24 < 12) depth[i] = 0.5F;
+    auto camera = sized<splat_normals_desc>();
+    camera.focal_x = camera.focal_y = 30;
+    camera.nearest = 1;
+    camera.farthest = 4;
+    const splat_image from = packed_image(depth, 24, 20, 1), to = packed_image(plane, 24, 20, 4);
+    std::uint32_t count = 9;
+    EXPECT_DONE(splat_planes_from_depth(&from, nullptr, &camera, nullptr, &to, &count));
+    EXPECT_EQ(count, 1U);
+    for (std::size_t i = 0; i < depth.size(); ++i)
+        EXPECT_EQ(plane[4 * i + 3] > 0, i % 24 < 12) << i;
+}
+
 TEST(ApiPictureMaps, PlanesAreNumbersOrFromZeroToOne) {
     Floats depth = two_planes(), plane(depth.size() * 4), share(plane.size());
     std::vector<std::uint8_t> bytes(plane.size());
