@@ -26,7 +26,8 @@ enum {
     SPLAT_DATA_MASK = 1u << 2,    /* masks are required */
     SPLAT_DATA_LENIENT = 1u << 3, /* keep objects with missing files, for splat_dataset_check */
     SPLAT_DATA_ALLOW_MISSING =
-        1u << 4 /* leave incomplete objects out; the log and the report name them */
+        1u << 4, /* leave incomplete objects out; the log and the report name them */
+    SPLAT_DATA_PLANE = 1u << 5 /* plane maps are required */
 };
 
 typedef struct splat_dataset_desc {
@@ -51,13 +52,15 @@ typedef struct splat_dataset_desc {
 } splat_dataset_desc;
 
 /* Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
- * in folders depth, normal and mask of an object (also depths, normals, masks; CO3D's: depths.npy,
- * normals.npy, masks.npy), as images, .npy or .pfm files: vectors of normals, masks of 0 to 1; whole
- * numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled from
- * least to most. A transforms.json may name mask_path, depth_file_path (distances: their inverses
- * are scaled) and train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks,
- * alpha is the mask. Objaverse has no split "test", GSO none "train"; a folder without splits serves
- * any. The first opening of a split of tables imports it, as with out NULL.
+ * in folders depth, normal, mask and plane of an object (also depths, normals, masks, planes; CO3D's:
+ * depths.npy, normals.npy, masks.npy), as images, .npy or .pfm files: vectors of normals, masks of 0 to
+ * 1; whole numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled
+ * from least to most. Planes have four channels as splat_planes_from_depth gives them; at another
+ * resolution they are those of the nearest pixels. Tables, stores and CO3D's data hold no planes.
+ * A transforms.json may name mask_path, depth_file_path (distances: their inverses are scaled) and
+ * train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks, alpha is the mask.
+ * Objaverse has no split "test", GSO none "train"; a folder without splits serves any. The first
+ * opening of a split of tables imports it, as with out NULL.
  * A folder of a split is an object if it has any part of its format (SRN's: rgb, pose, intrinsics.txt);
  * one that cannot be read is an error, and so is one that lacks a part, unless flags have LENIENT or
  * ALLOW_MISSING. Other folders are not read; the log and the report name them.
@@ -102,6 +105,11 @@ typedef struct splat_dataset_views {
     uint64_t quaternion_count;
     uint64_t focal_count;
     uint64_t origin_distance_count;
+    /* [n,5,R,R] 0 to 1: (normal + 1) / 2 of the pixel's plane, in the camera's axes; its distance from
+     * the camera, as a share of the farthest plane's; id, place / number of the view's planes, where
+     * place 1 has the most pixels. All 0 where there is no plane */
+    float* planes;
+    uint64_t plane_count;
 } splat_dataset_views;
 
 /* Read views of one object, in the given order (a view may occur twice). The camera of the first is
@@ -206,8 +214,8 @@ typedef struct splat_dataset_export_desc {
     uint32_t shard;
 } splat_dataset_export_desc;
 
-/* Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its
- * resolution and over its background. Text of poses and intrinsics in SRN's files and tables is kept
+/* Write objects of a data set with their cameras, images and all maps that it has but planes, as 8
+ * bits at its resolution and over its background; a warning tells planes that are left out. Text of poses and intrinsics in SRN's files and tables is kept
  * as it is. An export that a killed process began is continued: by file of 16 row groups or by object.
  * export_<split>.json in the folder says what it holds, and for tables the CRC-32 of each file,
  * which an import compares.

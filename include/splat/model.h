@@ -251,12 +251,11 @@ typedef struct splat_port {
 
 /* ---- Models ---------------------------------------------------------------------------------- */
 
-/* A network from images to Gaussians (Splatter Image, with depth, normal and mask channels,
- * embeddings and low-rank adapters; LGM), with its parameters on a device. N = objects * views images
- * of R x R pixels; M = views * S * S * model.head.per_pixel Gaussians per object, where S is R, or
- * half of it for each level that model.up has fewer than model.down. The caller synchronises calls on
- * one model. Keys: splat_config_keys; opt.freeze and opt.train_with_adapters, lists of parts of
- * parameter names, choose what gets gradients. */
+/* A network from images to Gaussians (Splatter Image, with channels of depth, normal, mask and planes, embeddings
+ * and low-rank adapters; LGM), with its parameters on a device. N = objects * views images of R x R pixels; M = views
+ * * S * S * model.head.per_pixel Gaussians per object, where S is R, or half of it for each level that model.up has
+ * fewer than model.down. The caller synchronises calls on one model. Keys: splat_config_keys; opt.freeze and
+ * opt.train_with_adapters, lists of parts of parameter names, choose what gets gradients. */
 
 /* What a model can do. */
 enum {
@@ -303,7 +302,8 @@ enum {
     SPLAT_LOAD_FROM_DEPTH = 1u << 2,  /* the file's network had a depth channel; for GRAFT */
     SPLAT_LOAD_FROM_NORMAL = 1u << 3, /* the file's network had channels of normals; for GRAFT */
     SPLAT_LOAD_FROM_MASK = 1u << 4,   /* the file's network had a mask channel; for GRAFT */
-    SPLAT_LOAD_ADAPTERS = 1u << 5     /* the file has only adapters; other parameters stay */
+    SPLAT_LOAD_ADAPTERS = 1u << 5,    /* the file has only adapters; other parameters stay */
+    SPLAT_LOAD_FROM_PLANE = 1u << 6   /* the file's network had channels of planes; for GRAFT */
 };
 
 /* Load the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
@@ -420,8 +420,8 @@ typedef struct splat_model_input {
     /* images in the caller's layout, instead of `images`; the planes of an image may come from
      * several pictures in turn, such as RGB, then depth: N pictures or a multiple */
     const splat_image* pictures;
-    const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance or head's
-                          * depth; LGM's: RGB as ImageNet normalises it, o x d and d of rays, y up, z back */
+    const float* images; /* [N,channels,R,R]: RGB 0 to 1, depth, normal, mask, planes, origin distance or
+                          * head's depth; LGM's: RGB as ImageNet normalises it, o x d and d of rays, y up, z back */
     uint64_t images_count;
     const float* view_to_world; /* [N,4,4] row vectors: p_world = p_view M; NULL: the identity */
     uint64_t view_to_world_count;

@@ -171,7 +171,8 @@ typedef struct splat_predictor_info {
                                * the background only where a mask or an alpha is given: its head
                                * takes the depth of each pixel, of a map in the proportion of the
                                * image */
-    uint32_t reserved;        /* 0 */
+    uint32_t plane;           /* 1: it takes planes, which only objects of data sets have:
+                               * splat_predictor_predict_object */
 } splat_predictor_info;
 
 /* Describe a predictor.
@@ -213,9 +214,10 @@ typedef struct splat_prediction {
  * Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
  *   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
  *   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
- *                                  network needs and a picture lacks, or the other way round; maps
- *                                  of another size; an empty mask; pixels that do not fit,
- *                                  are not finite or not from 0 to 1 (splat_picture_source)
+ *                                  network needs and a picture lacks, or the other way round; a
+ *                                  network that takes planes; maps of another size; an empty mask;
+ *                                  pixels that do not fit, are not finite or not from 0 to 1
+ *                                  (splat_picture_source)
  *   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_predictor_predict(splat_predictor predictor,

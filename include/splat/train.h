@@ -279,6 +279,8 @@ typedef struct splat_trainer_batch {
     uint64_t cameras_count;
     uint32_t channels; /* channels per input image, as in the configuration; 0: not checked */
     uint32_t objects;  /* B, as in the configuration; 0: not checked */
+    const float* planes; /* [B*V,5,R,R] if opt.lambda_plane > 0, else NULL; see splat_dataset_views */
+    uint64_t planes_count;
 } splat_trainer_batch;
 
 /* What a step of a training did. */
@@ -302,6 +304,8 @@ typedef struct splat_trainer_info {
     uint32_t reserved;
     double rate;      /* learning rate of this update, or of the one that was skipped */
     double edge_loss; /* loss of edges, mean over the batch; 0 unless opt.lambda_edge > 0 */
+    double plane_loss; /* Gaussians off their planes, mean over the batch, scene units squared; 0 unless
+                        * opt.lambda_plane > 0 */
 } splat_trainer_info;
 
 /* Do one update. Arrays are read before the call returns.

@@ -73,6 +73,7 @@ struct ModelConfig {
     bool depth = false;   ///< a channel of depth follows RGB
     bool normal = false;  ///< three channels of normals follow
     bool mask = false;    ///< a channel of object mask follows
+    bool plane = false;   ///< five channels of planes follow, of data::plane_channels
     bool origin_distance =
         false;                ///< CO3D: a last plane, added to the depth, unseen by the network
     std::uint32_t views = 1;  ///< input images per object
@@ -119,8 +120,8 @@ struct ModelConfig {
     /// Parameters whose name contains one of these are never trained and get no gradient.
     std::vector<std::string> frozen;
 
-    /// Channels that the network sees: RGB, depth, normal, mask; of kLgmUnet RGB as ImageNet normalises it, and o x d
-    /// and d of the ray of each pixel.
+    /// Channels that the network sees: RGB, depth, normal, mask, planes; of kLgmUnet RGB as ImageNet normalises it, and
+    /// o x d and d of the ray of each pixel.
     [[nodiscard]] std::uint32_t image_channels() const;
 
     /// Channels of an input image: those and the origin distance, or the depth of kHeadInputDepth.

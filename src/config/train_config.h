@@ -42,6 +42,7 @@ struct TrainConfig {
     double ssim_weight = 0;
     double edge_weight = 0;
     double lpips_weight = 0;
+    double plane_weight = 0;  ///< of Gaussians off their planes, no term of kLossTerms
     EdgeFilter edge_filter = EdgeFilter::kSobel;
     bool edge_by_size = false;  ///< weigh edges by the size of the Gaussians there: train::SizeMap
     std::uint64_t lpips_after = 0;           ///< steps before LPIPS takes part

@@ -34,6 +34,7 @@ struct LossTerms {
     double squared = 0;                                  ///< mean squared difference, for any loss
     double pixel = 0;                                    ///< the loss in use, L1 or L2
     std::array<double, std::size(kLossTerms)> values{};  ///< values of kLossTerms; 0 without weight
+    double plane = 0;  ///< Gaussians off their planes, scene units squared; 0 without weight
 
     [[nodiscard]] double of(std::string_view name) const;
     void add(const LossTerms& other, double share);

@@ -16,6 +16,7 @@ struct TrainBatch {
     std::span<const float> focals;         ///< [B*V, 2] pixels, or empty
     std::span<const float> embedding;      ///< [B*V, length], or empty
     std::span<const float> tokens;         ///< [B*V, token_dim, tokens], or empty
+    std::span<const float> planes;         ///< [B*V, 5, R, R] of data::plane_channels, or empty
     std::span<const float> targets;        ///< [B*T, 3, S, S], S = R, or opt.target_resolution
     std::span<const std::uint8_t> levels;  ///< if not empty, in place of targets: 255 of them is 1
     std::span<const scene::Camera> cameras;  ///< B*T
