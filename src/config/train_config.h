@@ -42,7 +42,7 @@ struct TrainConfig {
     double ssim_weight = 0;
     double edge_weight = 0;
     double lpips_weight = 0;
-    double plane_weight = 0;  ///< of Gaussians off their planes, no term of kLossTerms
+    double plane_weight = 0;
     EdgeFilter edge_filter = EdgeFilter::kSobel;
     bool edge_by_size = false;  ///< weigh edges by the size of the Gaussians there: train::SizeMap
     std::uint64_t lpips_after = 0;           ///< steps before LPIPS takes part
@@ -107,7 +107,7 @@ inline std::vector<JsonScalar> edge_attributes(const TrainConfig& config) {
 /// operator computes it. What is weighed, measured and told goes through this table, and so does the weight's key.
 struct LossTerm {
     const char* name;  ///< in metrics
-    /// Operator of two images and maybe weights of pixels; nullptr: model::LpipsNet.
+    /// Operator of two images and maybe weights of pixels; nullptr: train::ScenePlanes or model::LpipsNet.
     const char* op;
     double TrainConfig::*weight;
     const char* key;    ///< key of the weight
@@ -137,6 +137,13 @@ inline constexpr LossTerm kLossTerms[] = {
      .about = "Weight of the difference of edges, added to the other terms: mean |Dx (a - b)| + "
               "|Dy (a - b)|.",
      .attributes = edge_attributes},
+    {.name = "plane",
+     .op = nullptr,
+     .weight = &TrainConfig::plane_weight,
+     .key = "opt.lambda_plane",
+     .about =
+         "Weight of the variance across planes of the Gaussians on them, square of the scene's "
+         "unit, added to the other terms; input views need maps of planes."},
     {.name = "lpips",
      .op = nullptr,
      .weight = &TrainConfig::lpips_weight,

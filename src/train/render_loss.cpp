@@ -23,10 +23,13 @@ vk::BufferView quads(const vk::Buffer& buffer, const RenderLossDesc& desc, std::
 /// Floats from one scalar to the next: the largest offset alignment that Vulkan allows a device.
 constexpr std::size_t kScalarFloats = 256 / sizeof(float);
 
-constexpr std::size_t kLpips = std::size(kLossTerms) - 1;
-static_assert(kLossTerms[kLpips].op == nullptr);
+constexpr std::size_t kLpips = std::size(kLossTerms) - 1, kPlaneTerm = kLpips - 1;
+static_assert(kLossTerms[kLpips].weight == &config::TrainConfig::lpips_weight);
+static_assert(kLossTerms[kPlaneTerm].weight == &config::TrainConfig::plane_weight);
 
 constexpr std::size_t kMostParts = 2 + std::size(kLossTerms);
+/// Place of the term of planes, which is no part: behind these, of which LPIPS is none either.
+constexpr std::size_t kPlanes = kMostParts - 1;
 
 /// Quads of a buffer from the place of scalar i on.
 vk::BufferView scalars(const vk::Buffer& buffer, std::size_t i, std::uint32_t quads = 1) {
@@ -207,6 +210,7 @@ Status RenderLoss::write_weights(float share, double lpips_weight) {
     for (std::size_t view = 0; view < desc_.views; ++view)
         numbers[kScalarFloats * kMostParts + 4 * view] =
             static_cast<float>(static_cast<double>(share) * lpips_weight / desc_.views);
+    numbers[kScalarFloats * kPlanes] = share * static_cast<float>(desc_.config.plane_weight);
     if (numbers == written_) return {};
     written_.clear();
     SPLAT_TRY(context_->write(weights_.range(), numbers.data(), weights_.bytes()));
@@ -219,6 +223,7 @@ LossTerms RenderLoss::terms_of(std::span<const float> losses, double lpips_weigh
     for (std::size_t view = 0; lpips_weight != 0 && view < desc_.views; ++view)
         terms.values[kLpips] +=
             static_cast<double>(losses[kScalarFloats * kMostParts + 4 * view]) / desc_.views;
+    terms.values[kPlaneTerm] = static_cast<double>(losses[kScalarFloats * kPlanes]);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
         const auto value = static_cast<double>(losses[kScalarFloats * i]);
         if (i == 0) terms.squared = value;
@@ -233,6 +238,14 @@ LossTerms RenderLoss::terms_of(std::span<const float> losses, double lpips_weigh
             terms.total += weight * (kLossTerms[i].similarity ? 1 - value : value);
     }
     return terms;
+}
+
+vk::BufferView RenderLoss::plane_value() const {
+    return scalars(losses_, kPlanes);
+}
+
+vk::BufferView RenderLoss::plane_factor() const {
+    return scalars(weights_, kPlanes);
 }
 
 std::uint64_t RenderLoss::unchecked() const {

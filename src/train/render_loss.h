@@ -34,7 +34,6 @@ struct LossTerms {
     double squared = 0;                                  ///< mean squared difference, for any loss
     double pixel = 0;                                    ///< the loss in use, L1 or L2
     std::array<double, std::size(kLossTerms)> values{};  ///< values of kLossTerms; 0 without weight
-    double plane = 0;  ///< Gaussians off their planes, scene units squared; 0 without weight
 
     [[nodiscard]] double of(std::string_view name) const;
     void add(const LossTerms& other, double share);
@@ -43,9 +42,9 @@ struct LossTerms {
 /// Distance of rendered images from their targets, with the gradient with respect to the images:
 ///
 ///   loss = (1 - s - l) mean |a - b|^p + s (1 - SSIM(a, b)) + l mean over views of LPIPS(a, b)
-///        + e edge_loss(a, b),   p = 1 or 2; s, l, e: the weights of kLossTerms
+///        + e edge_loss(a, b) + t plane,   p = 1 or 2; s, l, e, t: the weights of kLossTerms
 ///
-/// Alpha is ignored.
+/// Alpha is ignored. The caller computes the term of planes.
 ///
 /// Errors       the recorder's; those of Context::run and of model::LpipsNet
 /// Precision    see losses/l1.h, l2.h, ssim.h and edge_loss.h of ops, model/lpips_net.h
@@ -62,6 +61,11 @@ class RenderLoss {
 
     /// [V,1,H,W] as quads: factors of pixels, for operators that take them.
     [[nodiscard]] const vk::BufferView& pixel_weights() const { return pixel_weights_.range(); }
+
+    /// Where the value of the term of planes goes before what run() computed is kept, and the factor of its gradient,
+    /// which run() writes.
+    [[nodiscard]] vk::BufferView plane_value() const;
+    [[nodiscard]] vk::BufferView plane_factor() const;
 
     /// Compute the loss of an object's image, and write its gradient times `share`. A lpips_weight other than 0 needs
     /// the weights of LPIPS.
@@ -92,7 +96,8 @@ class RenderLoss {
     Status write_targets(std::size_t count, std::span<const std::byte> bytes,
                          vk::CommandList& pack);
     [[nodiscard]] double weight_of(const LossTerm& term, double lpips_weight) const {
-        return term.op == nullptr ? lpips_weight : desc_.config.*term.weight;
+        const bool lpips = term.weight == &config::TrainConfig::lpips_weight;
+        return lpips ? lpips_weight : desc_.config.*term.weight;
     }
     [[nodiscard]] double pixel_weight(double lpips_weight) const;
     Status write_weights(float share, double lpips_weight);

@@ -25,6 +25,7 @@ Status Trainer::enter(const config::TrainConfig& stage) {
     optimiser_.reset();
     loss_.reset();
     sizes_.reset();
+    planes_.clear();
     rasterizer_.reset();
     drawer_.reset();
     gradients_.reset();

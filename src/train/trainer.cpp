@@ -138,6 +138,7 @@ Status Trainer::build_stage() {
                  context_.memory().allocate(16, vk::MemoryKind::kDevice, "gradient of the depth"));
     SPLAT_TRY(context_.fill(grad_depth_.range(), 0));
     SPLAT_TRY(build_loss(desc));
+    SPLAT_TRY(build_planes());
     SPLAT_TRY(build_copies(desc, call));
     SPLAT_TRY(build_optimiser());
     batch_ = vk::Batch(std::clamp(lists_of_a_step(), kLeastLists, kMostLists));
@@ -244,6 +245,9 @@ Status Trainer::check(const TrainBatch& batch) const {
     SPLAT_TRY(expect("images", batch.images.size(), inputs * c.input_channels() * pixels));
     SPLAT_TRY(expect("view_to_world", batch.view_to_world.size(), inputs * 16));
     SPLAT_TRY(expect("quaternions", batch.quaternions.size(), inputs * 4));
+    const bool takes_planes = config_.weighs(&config::TrainConfig::plane_weight);
+    SPLAT_TRY(expect("planes", batch.planes.size(),
+                     takes_planes ? inputs * data::kPlaneChannels * pixels : 0));
     const std::size_t side = target_side();
     SPLAT_TRY(expect("targets", batch.levels.empty() ? batch.targets.size() : batch.levels.size(),
                      targets * 3 * side * side));
@@ -284,6 +288,7 @@ Status Trainer::step(const TrainBatch& batch, bool read_it) {
 Status Trainer::prepare(const TrainBatch& batch) {
     SPLAT_TRY(entered_);
     SPLAT_TRY(check(batch));
+    SPLAT_TRY(find_planes(batch));
     const std::uint64_t most =
         steps_ + unread();  // updates, if none of the unread steps was skipped
     const bool lpips_begins =
@@ -421,6 +426,8 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t first, std::uint32
     SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(),
                                     copied ? whole(grad_scene_) : model_->sets(true)));
     if (copied) SPLAT_TRY(context_.run(copy_out_[slot / drawn_]));
+    for (std::uint32_t i = 0; !planes_.empty() && i < drawn_; ++i)
+        SPLAT_TRY(planes_[slot + i].backward());
     const raster::RasterStats& stats = rasterizer_->stats();
     result.pairs += stats.pairs;
     result.visible += stats.visible;
@@ -437,6 +444,7 @@ Status Trainer::compare(const TrainBatch& batch, std::uint32_t first, std::uint3
     const auto share = static_cast<float>(cycling_ ? config_.cycle_weight : 1.0);
     const float weight = share / static_cast<float>(config_.batch_size);
     SPLAT_TRY(loss_->run(slot % drawn_, weight, unread_.back().lpips_weight));
+    if (!planes_.empty()) SPLAT_TRY(planes_[slot].forward(members_[first + slot]));
     return context_.run(note_losses_[first + slot]);
 }
 

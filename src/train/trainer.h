@@ -16,6 +16,7 @@
 #include "train/optimiser.h"
 #include "train/render_loss.h"
 #include "train/scale_terms.h"
+#include "train/scene_planes.h"
 #include "train/size_map.h"
 #include "train/train_step.h"
 
@@ -192,6 +193,11 @@ class Trainer {
     Status repeat_for_scales(const TrainBatch& batch, std::uint32_t first, const ScaleOutliers& all,
                              TrainStep& result, const nn::BetweenParts& between);
 
+    // scene_planes.cpp
+    Status build_planes();
+    /// The planes of each object of the batch.
+    Status find_planes(const TrainBatch& batch);
+
     // cycle.cpp
     struct CycleInputs;
     Status check_cycle(const model::ModelConfig& network) const;
@@ -210,6 +216,8 @@ class Trainer {
     std::unique_ptr<raster::Rasterizer> rasterizer_;
     std::unique_ptr<RenderLoss> loss_;
     std::optional<SizeMap> sizes_;               ///< where edges are weighed by size
+    std::vector<ScenePlanes> planes_;            ///< one per object of a pass, where planes count
+    std::vector<PlaneMembers> members_;          ///< of each object of the batch, then
     std::uint32_t drawn_ = 1;                    ///< objects of a rasterizer call
     Status entered_;                             ///< what the latest enter() gave
     gaussians::GaussianSet scene_, grad_scene_;  ///< a call's, in passes of several calls

@@ -102,6 +102,8 @@ inline constexpr Tolerance kTolerances[] = {
     {"softplus", "", 4, 1e-6, "exp, a quotient and a polynomial; gradients a product more"},
     {"split3", "", 0, 0, "moves bits: exact"},
     {"ssim", "loss", 4, 2e-6, "sums of 11 twice, a quotient, a tree of sums"},
+    {"plane_loss", "loss", 4, 1e-5, "a tree of sums; deviations are differences of sums"},
+    {"plane_loss", "grad", 4, 1e-5, "a mean, a matrix of a quaternion and its transposes"},
     {"ssim", "grad_a", 4, 5e-6, "two quotients by variances, sums of 11 four times"},
     {"tanh", "", 4, 1e-6, "exp, two sums and a quotient; gradients two products more"},
     {"tensor_stats", "mean", 4, 1e-6, "a sum in chunks; min, max and counts are exact"},

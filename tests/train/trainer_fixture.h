@@ -42,6 +42,16 @@ inline TrainConfig small_training() {
     return c;
 }
 
+/// Channels of planes: columns 0, 3, 6... are on none, 1, 4, 7... on one that faces the camera, the others on one that
+/// leans.
+inline std::vector<float> two_planes(std::size_t side, std::size_t images) {
+    constexpr float kColumns[3][5] = {{}, {0.5F, 0.5F, 0, 1, 0.5F}, {0.8F, 0.5F, 0.1F, 0.7F, 1}};
+    std::vector<float> channels;
+    for (std::size_t i = 0; i < images * 5 * side * side; ++i)
+        channels.push_back(kColumns[i % side % 3][i / (side * side) % 5]);
+    return channels;
+}
+
 /// Images of two objects seen from the front, and their targets a little from the sides.
 struct Batch {
     Batch(const model::ModelConfig& network, const TrainConfig& training, std::uint64_t seed = 3) {
@@ -49,6 +59,7 @@ struct Batch {
         const std::size_t objects = training.batch_size;
         images = normal_fill(objects * network.input_channels() * pixels, seed, 0.5, 0.2);
         targets = normal_fill(objects * training.targets * 3 * pixels, seed + 1, 0.5, 0.2);
+        if (training.plane_weight > 0) planes = two_planes(network.resolution, objects);
         for (std::size_t i = 0; i < objects; ++i) {
             const float pose[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
             poses.insert(poses.end(), pose, pose + 16);
@@ -76,11 +87,12 @@ struct Batch {
         batch.view_to_world = poses;
         batch.quaternions = quaternions;
         batch.focals = focals;
+        batch.planes = planes;
         batch.targets = targets;
         batch.cameras = cameras;
         return batch;
     }
-    std::vector<float> images, targets, poses, quaternions, focals;
+    std::vector<float> images, targets, poses, quaternions, focals, planes;
     std::vector<scene::Camera> cameras;
 };
 

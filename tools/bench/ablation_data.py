@@ -3,6 +3,8 @@
     estimated          depth, normals and masks with errors as large as those of published estimators
     edges_of_depth     Sobel edges of the exact depth, in the place of depth
     edges_of_pictures  those of the pictures, as an edge detector finds them
+    planes             planes that `vkrun priors plane` finds in the exact depth and normals
+    estimated_planes   those in the estimated ones
     conditioned        one embedding of each view: as constant maps, as a vector (embedding.npz), as tokens (tokens.npz)
 
 All is decided by the object's name: the same data set gives the same files. Needs NumPy and the library's Python
@@ -11,12 +13,12 @@ package.
 Errors are fields that are smooth over an eighth of the picture, as those of networks are, of these sizes:
 
     depth    0.045 of the distance on average: AbsRel of Depth Anything V2 (ViT-L) on NYUv2 after the best scale and
-             shift (Yang et al. 2024, arXiv:2406.09414, table 2). Each map then has a scale of 0.7 to 1 and a shift of
+             shift (Yang et al. 2024, arXiv:2406.09414). Each map then has a scale of 0.7 to 1 and a shift of
              its own, which such a network leaves open.
     normals  median 8.4 and mean 16.4 degrees, a log-normal distribution: DSINE on NYUv2 (Bae and Davison 2024,
-             arXiv:2403.00712, table 1)
+             arXiv:2403.00712)
     masks    0.044 of the picture on average, along the outline: MAE of U2-Net on DUTS-TE (Qin et al. 2020,
-             arXiv:2005.09007, table 4)
+             arXiv:2005.09007)
 
 Pictures of one object before white are easier than those photographs: the errors are rather too large.
 """
@@ -168,6 +170,30 @@ def write_edges(splat, objects, place, kind):
     return {}
 
 
+def plane_map(splat, nearness, normals, focal):
+    """As `vkrun priors plane` writes it: (n + 1) / 2 and the distance as a share of the greatest; 0 without a plane."""
+    found = splat.planes_from_depth(nearness.astype(np.float32), focal, normals.astype(np.float32),
+                                    distances=(NEAREST, FARTHEST))
+    distance = found[..., 3:]
+    share = np.maximum(distance / max(distance.max(), 1e-6), 1 / 255)
+    return np.where(distance > 0, np.concatenate([(found[..., :3] + 1) / 2, share], axis=-1), 0)
+
+
+def write_planes(splat, objects, place, estimated):
+    on_planes = []
+    for folder, name in objects:
+        focal = float((folder / "intrinsics.txt").read_text().split()[0])
+        names, depth = read_maps(splat, folder, "depth")
+        normals = read_maps(splat, folder, "normal")[1] * 2 - 1
+        if estimated:
+            depth, _ = estimated_depth(depth, random_of(name, 0))
+            normals, _ = estimated_normals(normals, random_of(name, 1))
+        maps = np.stack([plane_map(splat, *pair, focal) for pair in zip(depth, normals)])
+        on_planes.append((maps[..., 3] > 0).sum() / max(1, (depth > 0).sum()))
+        write_maps(splat, place(folder) / "plane", names, maps)
+    return {"share_of_surface_on_planes": round(float(np.mean(on_planes)), 3)}
+
+
 def embedding_of(folder, name, masks):
     """[views, 5] of 0 to 1 in steps of 1/255: the camera's direction from the object, class, area of the instance."""
     places = []
@@ -207,6 +233,8 @@ WRITERS = {
     "estimated": write_estimated,
     "edges_of_depth": lambda *given: write_edges(*given, "depth"),
     "edges_of_pictures": lambda *given: write_edges(*given, "rgb"),
+    "planes": lambda *given: write_planes(*given, False),
+    "estimated_planes": lambda *given: write_planes(*given, True),
     "conditioned": write_conditioned,
 }
 

@@ -3,6 +3,7 @@
 import collections
 
 DEPTH, NORMAL, MASK = ["data.use_pred_depth=true"], ["data.use_pred_normal=true"], ["data.use_mask=true"]
+PLANE, PLANE_LOSS = ["data.use_pred_plane=true"], ["opt.lambda_plane=10"]
 BOTH = DEPTH + NORMAL
 EDGES = ["opt.lambda_edge=0.1", "opt.edge_filter=sobel"]
 FILM = ["cam_embd.embedding=pose", "cam_embd.dimension=10", "data.custom_embedding=true"]
@@ -28,6 +29,7 @@ PRIORS = [
     ("normal", "normals", NORMAL, None, "estimated"),
     ("mask", "masks", MASK, None, "estimated"),
     ("edges", "edges", DEPTH, "edges_of_depth", "edges_of_pictures"),
+    ("plane", "planes", PLANE, "planes", "estimated_planes"),
 ]
 ALL = ("all", "depth, normals and masks", BOTH + MASK, None, "estimated")
 
@@ -113,12 +115,20 @@ GROUPS = {
         Run("edge_loss_by_size", "the same, by size of Gaussians", EDGES + ["opt.edge_by_size=true"],
             ("rgb_small", "edge_loss"), base="small"),
     ],
+    "planes": [
+        SMALL_RGB,
+        Run("plane_channels", "+ planes as channels", PLANE, ("rgb_small",), base="small", data="planes"),
+        Run("plane_loss", "+ loss of planes of weight 10", PLANE_LOSS, ("rgb_small",), base="small", data="planes"),
+        Run("plane_both", "+ both", PLANE + PLANE_LOSS, ("rgb_small", "plane_channels", "plane_loss"), base="small",
+            data="planes"),
+    ],
 }
 
 # Groups whose runs share a table, the mark around it and its page; all others are in "ablation".
 STUDIES = {"heads": ("heads", "BENCHMARKS.md"), "conditioning": ("conditioning", "docs/studies.md"),
            "estimates": ("priors", "docs/studies.md"), "together": ("priors", "docs/studies.md"),
-           "grafted": ("priors", "docs/studies.md"), "edge_loss": ("edge_loss", "docs/studies.md")}
+           "grafted": ("priors", "docs/studies.md"), "edge_loss": ("edge_loss", "docs/studies.md"),
+           "planes": ("planes", "docs/studies.md")}
 
 
 def study_of(group):
