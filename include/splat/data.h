@@ -53,10 +53,10 @@ typedef struct splat_dataset_desc {
 
 /* Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
  * in folders depth, normal, mask and plane of an object (also depths, normals, masks, planes; CO3D's:
- * depths.npy, normals.npy, masks.npy), as images, .npy or .pfm files: vectors of normals, masks of 0 to
- * 1; whole numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled
- * from least to most. Planes have four channels as splat_planes_from_depth gives them; at another
- * resolution they are those of the nearest pixels. Tables, stores and CO3D's data hold no planes.
+ * depths.npy and so on), as images, .npy or .pfm files: vectors of normals, masks of 0 to 1; whole
+ * numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled from least
+ * to most. Planes have four channels as splat_planes_from_depth gives them; at another resolution they
+ * are those of the nearest pixels. Tables and stores hold no planes.
  * A transforms.json may name mask_path, depth_file_path (distances: their inverses are scaled) and
  * train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks, alpha is the mask.
  * Objaverse has no split "test", GSO none "train"; a folder without splits serves any. The first

@@ -77,5 +77,14 @@ inline constexpr std::size_t kFirstVersionBytes<splat_predictor_desc> =
 template <>
 inline constexpr std::size_t kFirstVersionBytes<splat_predictor_info> =
     offsetof(splat_predictor_info, whole);
+template <>
+inline constexpr std::size_t kFirstVersionBytes<splat_dataset_views> = offsetof(splat_dataset_views,
+                                                                                planes);
+template <>
+inline constexpr std::size_t kFirstVersionBytes<splat_trainer_batch> = offsetof(splat_trainer_batch,
+                                                                                planes);
+template <>
+inline constexpr std::size_t kFirstVersionBytes<splat_trainer_info> = offsetof(splat_trainer_info,
+                                                                               plane_loss);
 
 }  // namespace splat::api

@@ -128,6 +128,8 @@ constexpr Key kDataKeys[] = {
      "The network sees three channels of normals."},
     {"data.use_mask", kNetwork<&P::mask>, kAll, kOurs,
      "The network sees a channel with the mask of the object."},
+    {"data.use_pred_plane", kNetwork<&P::plane>, kAll, kOurs,
+     "The network sees five channels of planes: normal, distance, id."},
     {"data.custom_embedding",
      by_rule(Part::kNetwork, [](const P& c) { return c.embedding == Embedding::kCustom; }), kAll,
      kPublished, "Vectors of data.embedding_file take the place of the embedding of poses."},

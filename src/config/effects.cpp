@@ -86,7 +86,7 @@ bool contains_any(const std::string& name, const std::vector<std::string>& parts
 
 /// New input channels start without influence, through zeros in the first convolution.
 void warn_of_frozen_channels(const ModelConfig& c, std::vector<std::string>& warnings) {
-    if (!c.depth && !c.normal && !c.mask) return;
+    if (!c.depth && !c.normal && !c.mask && !c.plane) return;
     const std::string layer = format("%s.encoder.enc.%ux%u_conv", c.network_name(),
                                      c.names_resolution(), c.names_resolution());
     const std::string weight = layer + ".weight";
@@ -97,7 +97,8 @@ void warn_of_frozen_channels(const ModelConfig& c, std::vector<std::string>& war
     const bool adapted = c.lora.rank > 0 && contains_any(layer, c.lora.targets);
     if ((chosen && learns(weight)) || (adapted && learns(layer + ".lora_A"))) return;
     warnings.push_back(format(
-        "'%s' is not trained, so channels of depth, normals or mask that are grafted onto it "
+        "'%s' is not trained, so channels of depth, normals, mask or planes that are grafted onto "
+        "it "
         "stay without influence: %s",
         weight.c_str(),
         chosen || adapted ? "take it out of opt.freeze"

@@ -36,6 +36,7 @@ Status check_unused_by_lgm(const ModelConfig& c) {
         {"data.use_pred_depth", c.depth},
         {"data.use_pred_normal", c.normal},
         {"data.use_mask", c.mask},
+        {"data.use_pred_plane", c.plane},
         {"data.origin_distances", c.origin_distance},
         {"cam_embd.embedding", c.embedding != Embedding::kNone},
         {"model.token_dim", c.token_dim > 0},
@@ -135,7 +136,7 @@ Status check_head(const ModelConfig& c) {
 
 std::uint32_t ModelConfig::image_channels() const {
     if (network == Network::kLgmUnet) return 3 + 6;
-    return 3U + (depth ? 1U : 0U) + (normal ? 3U : 0U) + (mask ? 1U : 0U);
+    return 3U + (depth ? 1U : 0U) + (normal ? 3U : 0U) + (mask ? 1U : 0U) + (plane ? 5U : 0U);
 }
 
 std::uint32_t ModelConfig::input_channels() const {

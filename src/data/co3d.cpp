@@ -36,7 +36,7 @@ struct FrameArray {
 struct Sequence {
     std::string name;
     fs::path focals;
-    FrameArray arrays[4];  ///< by MapKind; without a path: not there
+    FrameArray arrays[5];  ///< by MapKind; without a path: not there
     [[nodiscard]] const FrameArray& of(MapKind kind) const {
         return arrays[static_cast<std::size_t>(kind)];
     }
@@ -210,11 +210,11 @@ class Co3dReader : public ObjectsReader<Sequence> {
             return damaged("there is no '%s'", os::text_of(sequence.focals).c_str());
         const bool masked = has("images_fg");
         const char* const files[] = {masked ? "images_fg.npy" : "images_full.npy", "depths.npy",
-                                     "normals.npy", "masks.npy"};
+                                     "normals.npy", "masks.npy", "planes.npy"};
         std::vector<std::string> problems;
         std::vector<MapKind> lacking;
         for (const MapKind kind :
-             {MapKind::kRgb, MapKind::kDepth, MapKind::kNormal, MapKind::kMask}) {
+             {MapKind::kRgb, MapKind::kDepth, MapKind::kNormal, MapKind::kMask, MapKind::kPlane}) {
             FrameArray& array = sequence.arrays[static_cast<std::size_t>(kind)];
             array.path = os::text_of(folder / files[static_cast<std::size_t>(kind)]);
             array.channels = channels_of(kind);

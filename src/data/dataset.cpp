@@ -9,6 +9,7 @@
 #include "core/shown.h"
 #include "data/folder.h"
 #include "data/formats.h"
+#include "data/plane_channels.h"
 #include "data/relative_pose.h"
 #include "io/folder.h"
 #include "tables/store.h"
@@ -85,6 +86,8 @@ Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
         if ((wanted & flag_of(kind)) != 0 && !index.lacking(kind).empty())
             places += "; missing: '" + index.lacking(kind) + "'";
     if (!index.unread.empty()) places += "; " + index.unread_note();
+    if ((wanted & ~index.maps & flag_of(MapKind::kPlane)) != 0)
+        places += "; 'vkrun priors plane' makes those of planes, of data in folders";
     return not_found("maps requested: %s; every object has: %s%s", map_list(wanted).c_str(),
                      map_list(index.maps).c_str(), places.c_str());
 }
@@ -166,6 +169,16 @@ std::vector<std::uint8_t> flattened(const io::Image& image, std::uint32_t channe
     return out;
 }
 
+/// The samples of a map at the nearest pixels: means of numbers of two planes would be those of a third one.
+Result<std::vector<std::uint8_t>> nearest(const io::Image& map, std::uint32_t side) {
+    SPLAT_ASSIGN(const std::vector<double> samples,
+                 resample_values<std::uint16_t>(map.samples, map.width, map.height, map.channels,
+                                                side, side, ValueFilter::kNearest));
+    std::vector<std::uint8_t> bytes;
+    for (const double sample : samples) bytes.push_back(static_cast<std::uint8_t>(sample));
+    return bytes;
+}
+
 }  // namespace
 
 Dataset::Dataset(const DatasetDesc& desc, std::unique_ptr<DatasetReader> reader)
@@ -217,16 +230,21 @@ Status Dataset::read_cameras() {
 }
 
 Result<ImageCache::Pixels> Dataset::pixels(std::uint32_t object, std::uint32_t view, MapKind kind) {
-    const std::uint64_t key = (std::uint64_t{object} << 32) | (std::uint64_t{view} << 2) |
+    const std::uint64_t key = (std::uint64_t{object} << 32) | (std::uint64_t{view} << 3) |
                               static_cast<std::uint32_t>(kind);
     if (ImageCache::Pixels found = cache_.find(key)) return found;
     SPLAT_ASSIGN(io::Image image, reader_->map(object, view, kind));
-    if (image.width != resolution_ || image.height != resolution_)
-        SPLAT_SET(image, resample(image, resolution_, resolution_, index().filter));
-    auto flat = std::make_shared<const std::vector<std::uint8_t>>(
-        flattened(image, channels_of(kind), background_, index().ignores_alpha));
-    cache_.add(key, flat);
-    return ImageCache::Pixels(flat);
+    std::vector<std::uint8_t> flat;
+    if (kind == MapKind::kPlane) {
+        SPLAT_SET(flat, nearest(image, resolution_));
+    } else {
+        if (image.width != resolution_ || image.height != resolution_)
+            SPLAT_SET(image, resample(image, resolution_, resolution_, index().filter));
+        flat = flattened(image, channels_of(kind), background_, index().ignores_alpha);
+    }
+    auto pixels = std::make_shared<const std::vector<std::uint8_t>>(std::move(flat));
+    cache_.add(key, pixels);
+    return ImageCache::Pixels(pixels);
 }
 
 Status Dataset::read_map(std::uint32_t object, std::span<const std::uint32_t> views, MapKind kind,
@@ -245,6 +263,19 @@ Status Dataset::read_map(std::uint32_t object, std::span<const std::uint32_t> vi
                 if (out != nullptr) *out++ = floats[level];
                 if (levels != nullptr) *levels++ = level;
             }
+    }
+    return {};
+}
+
+Status Dataset::read_planes(std::uint32_t object, std::span<const std::uint32_t> views,
+                            float* out) {
+    if (out == nullptr) return {};
+    SPLAT_TRY(check_maps(flag_of(MapKind::kPlane), index()));
+    const std::size_t numbers = std::size_t{kPlaneChannels} * resolution_ * resolution_;
+    for (const std::uint32_t view : views) {
+        SPLAT_ASSIGN(const ImageCache::Pixels map, pixels(object, view, MapKind::kPlane));
+        plane_channels(*map, {out, numbers});
+        out += numbers;
     }
     return {};
 }
@@ -287,7 +318,8 @@ Status Dataset::read(std::uint32_t object, std::span<const std::uint32_t> views,
     SPLAT_TRY(read_map(object, views, MapKind::kRgb, out.images, out.levels));
     SPLAT_TRY(read_map(object, views, MapKind::kDepth, out.depths));
     SPLAT_TRY(read_map(object, views, MapKind::kNormal, out.normals));
-    return read_map(object, views, MapKind::kMask, out.masks);
+    SPLAT_TRY(read_map(object, views, MapKind::kMask, out.masks));
+    return read_planes(object, views, out.planes);
 }
 
 }  // namespace splat::data

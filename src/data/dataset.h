@@ -34,6 +34,7 @@ struct ViewArrays {
     float* focals = nullptr;         ///< [n,2] pixels at R
     float* origin_distances = nullptr;  ///< [n]; 0 unless the data is CO3D's
     std::uint8_t* levels = nullptr;  ///< [n,3,R,R] images of 0 to 255; `images` holds level / 255
+    float* planes = nullptr;         ///< [n,5,R,R], see plane_channels()
 };
 
 /// Objects seen by several cameras. Thread-safe.
@@ -59,7 +60,8 @@ class Dataset {
     /// Read the cameras of every object, which stay in memory; of more than kMostListed objects, those that checks look
     /// at, and none stay. Errors: those of DatasetReader::cameras.
     Status read_cameras();
-    /// 8-bit samples [R,R,channels] of an image, over the background. Errors: as read().
+    /// 8-bit samples [R,R,channels] of an image, over the background; planes are those of the nearest pixels. Errors: as
+    /// read().
     Result<ImageCache::Pixels> pixels(std::uint32_t object, std::uint32_t view, MapKind kind);
 
   private:
@@ -71,6 +73,7 @@ class Dataset {
                         const ViewArrays& out);
     Status read_map(std::uint32_t object, std::span<const std::uint32_t> views, MapKind kind,
                     float* out, std::uint8_t* levels = nullptr);
+    Status read_planes(std::uint32_t object, std::span<const std::uint32_t> views, float* out);
 
     std::unique_ptr<DatasetReader> reader_;
     std::uint32_t resolution_;

@@ -30,7 +30,7 @@ Status check_views(const std::string& folder, std::size_t views) {
 }  // namespace
 
 const char* map_name(MapKind kind) {
-    constexpr const char* kNames[] = {"rgb", "depth", "normal", "mask"};
+    constexpr const char* kNames[] = {"rgb", "depth", "normal", "mask", "plane"};
     return kNames[static_cast<std::size_t>(kind)];
 }
 

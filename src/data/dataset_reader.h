@@ -17,19 +17,22 @@
 namespace splat::data {
 
 /// Images of a view.
-enum class MapKind : std::uint32_t { kRgb = 0, kDepth = 1, kNormal = 2, kMask = 3 };
-inline constexpr MapKind kMaps[] = {MapKind::kDepth, MapKind::kNormal, MapKind::kMask};
+enum class MapKind : std::uint32_t { kRgb = 0, kDepth = 1, kNormal = 2, kMask = 3, kPlane = 4 };
+inline constexpr MapKind kMaps[] = {MapKind::kDepth, MapKind::kNormal, MapKind::kMask,
+                                    MapKind::kPlane};
 const char* map_name(MapKind kind);
 constexpr std::uint32_t channels_of(MapKind kind) {
+    if (kind == MapKind::kPlane) return 4;
     return kind == MapKind::kRgb || kind == MapKind::kNormal ? 3 : 1;
 }
 /// SPLAT_DATA_* of a map, 0 for rgb.
 constexpr std::uint32_t flag_of(MapKind kind) {
-    return kind == MapKind::kRgb ? 0 : 1U << (static_cast<std::uint32_t>(kind) - 1);
+    constexpr std::uint32_t kFlags[] = {0, 1U << 0, 1U << 1, 1U << 2, 1U << 5};
+    return kFlags[static_cast<std::uint32_t>(kind)];
 }
 
-inline constexpr std::uint32_t kAllMaps =
-    flag_of(MapKind::kDepth) | flag_of(MapKind::kNormal) | flag_of(MapKind::kMask);
+inline constexpr std::uint32_t kAllMaps = flag_of(MapKind::kDepth) | flag_of(MapKind::kNormal) |
+                                          flag_of(MapKind::kMask) | flag_of(MapKind::kPlane);
 
 struct StoredView {
     scene::Mat4 camera_to_world{};  ///< row-major, column vectors, OpenCV axes

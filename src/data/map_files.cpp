@@ -66,9 +66,30 @@ Status check_finite(const std::vector<float>& values) {
                    static_cast<std::size_t>(bad - values.begin()), static_cast<double>(*bad));
 }
 
+/// Adds [height,width,4] of planes' normals and distances as bytes; all are 0 where the distance is not above 0.
+void add_planes(const std::vector<float>& values, io::Image& image) {
+    double farthest = 0;
+    for (std::size_t i = 3; i < values.size(); i += 4)
+        farthest = std::max(farthest, static_cast<double>(values[i]));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const auto distance = static_cast<double>(values[i | 3U]);
+        double byte = 0;
+        if (distance > 0)
+            byte = i % 4 == 3 ? std::max(255 * distance / farthest, 1.0)
+                              : 127.5 * (static_cast<double>(values[i]) + 1);
+        image.samples.push_back(io::to_byte(byte));
+    }
+}
+
 /// Adds [height,width,channels] of numbers as bytes.
 Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers, io::Image& image) {
     SPLAT_TRY(check_finite(values));
+    image.bits = 8;
+    image.samples.clear();
+    if (kind == MapKind::kPlane) {
+        add_planes(values, image);
+        return {};
+    }
     double least = 0, most = 1;
     if (kind == MapKind::kNormal) least = -1;
     if (kind == MapKind::kDepth) {
@@ -83,8 +104,6 @@ Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers,
         }
     }
     const double scale = most > least ? 255 / (most - least) : 0;
-    image.bits = 8;
-    image.samples.clear();
     for (const float value : values)
         image.samples.push_back(io::to_byte(scale * (static_cast<double>(value) - least)));
     return {};
@@ -309,6 +328,9 @@ Result<io::Image> load_map(const fs::path& path, MapKind kind, const io::ImageOp
         return map;
     }
     SPLAT_ASSIGN(io::Image image, io::load_image(os::text_of(path), options));
+    if (kind == MapKind::kPlane && image.channels != channels_of(kind))
+        return damaged("'%s': %u channels, expected %u of a map of planes: normal and distance",
+                       os::text_of(path).c_str(), image.channels, channels_of(kind));
     return in_bytes(std::move(image), kind, numbers);
 }
 

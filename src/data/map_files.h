@@ -8,7 +8,7 @@
 
 namespace splat::data {
 
-/// Maps of an object in folders depth/, normal/ and mask/ (or depths/, normals/, masks/) beside its images, with the
+/// Maps of an object in folders depth/, normal/, mask/ and plane/ (or depths/ and so on) beside its images, with the
 /// stems of its views ("a.png", or "a.jpg.png" as COLMAP's masks): takes the kinds that the object lacks out of
 /// index.maps, except those of the flags `given`, and notes other files as not read. Errors: kIo; kFormat for a folder
 /// with other stems, or two files of one; if lenient, a problem of the last object of the index.
@@ -23,9 +23,10 @@ Result<std::filesystem::path> map_file(const std::filesystem::path& folder, MapK
 enum class DepthNumbers { kNearness, kDistance };
 
 /// A map of 8 bits from an image, or from a .npy of [height,width] or [height,width,channels]: vectors of normals,
-/// masks of 0 to 1, depth. Depth of .npy and of 16 bits is scaled between its least and its most; of distances, their
-/// inverses are, and 0 stays 0. Errors: as io::load_image() and io::read_npy(); kFormat for another shape and for
-/// numbers that are not finite.
+/// masks of 0 to 1, depth, normals and distances of planes. Depth of .npy and of 16 bits is scaled between its least
+/// and its most; of distances, their inverses are, and 0 stays 0. Distances of planes become shares of the greatest,
+/// at least 1 / 255. Errors: as io::load_image() and io::read_npy(); kFormat for another shape, other channels of
+/// planes, and for numbers that are not finite.
 Result<io::Image> load_map(const std::filesystem::path& path, MapKind kind,
                            const io::ImageOptions& options,
                            DepthNumbers numbers = DepthNumbers::kNearness);

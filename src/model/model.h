@@ -56,7 +56,7 @@ struct IdentityPoses {
 
 /// Splatter Image, or LGM: images to Gaussians of pixels, M = ModelConfig::gaussians() of them per object.
 ///
-/// Source  Szymanowicz et al. 2024, arXiv:2312.13150, with the depth, normal and mask channels,
+/// Source  Szymanowicz et al. 2024, arXiv:2312.13150, with the depth, normal, mask and plane channels,
 ///         modulation and adapters of ModelConfig; Tang et al. 2024, arXiv:2402.05054
 class Model {
   public:

@@ -62,11 +62,13 @@ std::vector<std::uint32_t> places(const ImageChannels& from, const ImageChannels
     take(from.depth, to.depth, 1);
     take(from.normal, to.normal, 3);
     take(from.mask, to.mask, 1);
+    take(from.plane, to.plane, 5);
     return result;
 }
 
 bool has_all(const ImageChannels& to, const ImageChannels& from) {
-    return (to.depth || !from.depth) && (to.normal || !from.normal) && (to.mask || !from.mask);
+    return (to.depth || !from.depth) && (to.normal || !from.normal) && (to.mask || !from.mask) &&
+           (to.plane || !from.plane);
 }
 
 /// The first convolution's weight with each column moved to the channel of the same meaning.
@@ -127,11 +129,11 @@ Status check_rays(const Model& model, const NamedTensors& tensors, const LoadOpt
 }  // namespace
 
 std::uint32_t ImageChannels::count() const {
-    return 3U + (depth ? 1U : 0U) + (normal ? 3U : 0U) + (mask ? 1U : 0U);
+    return 3U + (depth ? 1U : 0U) + (normal ? 3U : 0U) + (mask ? 1U : 0U) + (plane ? 5U : 0U);
 }
 
 ImageChannels channels_of(const ModelConfig& config) {
-    return {config.depth, config.normal, config.mask};
+    return {config.depth, config.normal, config.mask, config.plane};
 }
 
 ImageChannels likely_channels(const ModelConfig& config, const NamedTensors& tensors) {

@@ -13,6 +13,7 @@ struct ImageChannels {
     bool depth = false;
     bool normal = false;
     bool mask = false;
+    bool plane = false;  ///< five channels
 
     [[nodiscard]] std::uint32_t count() const;
     bool operator==(const ImageChannels&) const = default;

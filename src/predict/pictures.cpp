@@ -34,6 +34,12 @@ Status check_picture(const config::ModelConfig& network, std::size_t i, const Pi
             "which nothing is cut out: expected none",
             i, given.foreground);
     SPLAT_TRY(check_given(i, "a normal map", given.picture.normal.has_value(), network.normal));
+    if (network.plane)
+        return invalid(
+            "pictures[%zu]: the network takes planes (data.use_pred_plane), which pictures do not "
+            "come with; predict an object of a data set instead ('vkrun predict --data'), whose "
+            "plane maps 'vkrun priors plane' makes",
+            i);
     if (!(given.focal >= 0) || !std::isfinite(given.focal))
         return invalid("pictures[%zu]: the focal length is %g, expected 0 or more", i, given.focal);
     if (network.fov_degrees == 0)

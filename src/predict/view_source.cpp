@@ -8,6 +8,7 @@
 
 #include "core/os/path.h"
 #include "data/depth_range.h"
+#include "data/plane_channels.h"
 #include "predict/head_depths.h"
 #include "predict/lgm_views.h"
 #include "scene/camera_pose.h"
@@ -20,12 +21,23 @@ std::uint32_t maps_of(const config::ModelConfig& network) {
     const bool depth = network.depth || network.positions == kHeadInputDepth;
     return (depth ? data::flag_of(MapKind::kDepth) : 0) |
            (network.normal ? data::flag_of(MapKind::kNormal) : 0) |
-           (network.mask ? data::flag_of(MapKind::kMask) : 0);
+           (network.mask ? data::flag_of(MapKind::kMask) : 0) |
+           (network.plane ? data::flag_of(MapKind::kPlane) : 0);
+}
+
+bool has_plane_loss(const config::Settings& settings) {
+    return settings.training.weighs(&config::TrainConfig::plane_weight);
+}
+
+std::uint32_t maps_of(const config::Settings& settings) {
+    return maps_of(settings.network) |
+           (has_plane_loss(settings) ? data::flag_of(data::MapKind::kPlane) : 0);
 }
 
 /// Channels of an input image besides RGB, of all views that are read.
 struct Maps {
     std::vector<float> depths, normals, masks, distances;
+    std::vector<float> planes;  ///< of the input views alone
 
     Maps(const config::ModelConfig& network, std::size_t views, std::size_t pixels)
         : depths((maps_of(network) & data::flag_of(data::MapKind::kDepth)) != 0 ? views * pixels
@@ -51,6 +63,7 @@ void append_input(const config::ModelConfig& network, const Maps& maps, std::siz
     if (network.depth) append(maps.depths, 1);
     if (network.normal) append(maps.normals, 3);
     if (network.mask) append(maps.masks, 1);
+    if (network.plane) append(maps.planes, data::kPlaneChannels);
     if (network.origin_distance)
         views.inputs.insert(views.inputs.end(), pixels, maps.distances[view]);
     if (network.positions != kHeadInputDepth) return;
@@ -95,10 +108,21 @@ scene::Mat4 inverse_pose(const float* view_to_world) {
     return scene::inverse_of_rigid(scene::make_pose(scene::Mat3(columns), scene::Vec3(columns[3])));
 }
 
+config::Settings without_map_losses(config::Settings settings) {
+    settings.training.plane_weight = 0;
+    for (config::TrainConfig& stage : settings.training.stages) stage.plane_weight = 0;
+    return settings;
+}
+
 std::array<float, 3> background_of(const config::Settings& settings) {
     const float value = settings.training.white_background ? 1.0F : 0.0F;
     return {value, value, value};
 }
+
+ViewSource::ViewSource(const config::Settings& settings, std::shared_ptr<data::Dataset> dataset)
+    : network_(settings.network),
+      gives_planes_(has_plane_loss(settings)),
+      dataset_(std::move(dataset)) {}
 
 Result<std::shared_ptr<data::Dataset>> ViewSource::open_split(const config::Settings& settings,
                                                               const std::string& root,
@@ -114,7 +138,7 @@ Result<std::shared_ptr<data::Dataset>> ViewSource::open_split(const config::Sett
     desc.objects_file = training.objects_file;
     desc.excluded_file = training.excluded_file;
     desc.views_file = training.views_file;
-    desc.maps = maps_of(settings.network);
+    desc.maps = maps_of(settings);
     desc.resolution = settings.network.resolution;
     desc.limit = training.subset;
     desc.allow_missing = training.allow_missing;
@@ -145,13 +169,16 @@ Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& set
             "the data set was opened with another background, expected %s of "
             "'data.white_background'",
             expected[0] > 0 ? "white" : "black");
-    const std::uint32_t wanted = maps_of(settings.network);
+    const std::uint32_t wanted = maps_of(settings);
     for (const data::MapKind map : data::kMaps)
         if ((wanted & ~dataset->index().maps & data::flag_of(map)) != 0)
             return invalid(
-                "the data set has no %s maps for every object, which the configuration's "
-                "network takes",
-                data::map_name(map));
+                "the data set has no %s maps for every object, which the configuration's %s "
+                "takes%s",
+                data::map_name(map),
+                (maps_of(settings.network) & data::flag_of(map)) != 0 ? "network"
+                                                                      : "opt.lambda_plane",
+                map == data::MapKind::kPlane ? ": 'vkrun priors plane' makes them" : "");
     return make(settings, std::move(dataset), settings.training.root);
 }
 
@@ -159,7 +186,7 @@ Result<std::unique_ptr<ViewSource>> ViewSource::make(const config::Settings& set
                                                      std::shared_ptr<data::Dataset> dataset,
                                                      const std::string& root) {
     const config::ModelConfig& network = settings.network;
-    std::unique_ptr<ViewSource> made(new ViewSource(network, std::move(dataset)));
+    std::unique_ptr<ViewSource> made(new ViewSource(settings, std::move(dataset)));
     const data::DatasetIndex& index = made->dataset_->index();
     if (network.embedding == config::Embedding::kCustom)
         SPLAT_SET(made->embedding_,
@@ -222,12 +249,17 @@ Result<Views> ViewSource::read(std::uint32_t object, std::span<const std::uint32
                        {wanted(views.images), wanted(maps.depths), wanted(maps.normals),
                         wanted(maps.masks), views.view_to_world.data(), views.quaternions.data(),
                         views.focals.data(), maps.distances.data(), wanted(views.levels)}));
+    const auto seen = numbers.first(inputs);
+    if (network_.plane || gives_planes_) {
+        maps.planes.resize(inputs * data::kPlaneChannels * pixels);
+        SPLAT_TRY(dataset_->read(object, seen, {.planes = maps.planes.data()}));
+    }
     if (network_.network == config::Network::kLgmUnet) move_origin(network_, views);
     for (std::size_t i = 0; levels && i < inputs * 3 * pixels; ++i)
         views.images.push_back(static_cast<float>(views.levels[i]) / 255.0F);
     for (std::size_t i = 0; i < inputs; ++i) append_input(network_, maps, i, pixels, views);
     for (std::size_t i = 0; i < n; ++i) views.cameras.push_back(camera_of(views, i, resolution()));
-    const auto seen = numbers.first(inputs);
+    if (gives_planes_) views.planes = std::move(maps.planes);
     if (embedding_) embedding_->append(object, seen, views.embedding);
     if (tokens_) tokens_->append(object, seen, views.tokens);
     return views;

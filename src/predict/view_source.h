@@ -22,7 +22,8 @@ struct Views {
     std::vector<std::uint8_t> levels;                       ///< the same, 0 to 255; or empty
     std::vector<float> view_to_world, quaternions, focals;  ///< see data::ViewArrays
     std::vector<float> embedding,
-        tokens;  ///< for the input views, see model::ModelInput; or empty
+        tokens;                 ///< for the input views, see model::ModelInput; or empty
+    std::vector<float> planes;  ///< [n,5,R,R] of the input views, where a loss takes them
     std::vector<scene::Camera> cameras;
 };
 
@@ -75,19 +76,22 @@ class ViewSource {
     [[nodiscard]] Result<std::string> depth_range_warning() const;
 
   private:
-    ViewSource(const config::ModelConfig& network, std::shared_ptr<data::Dataset> dataset)
-        : network_(network), dataset_(std::move(dataset)) {}
+    ViewSource(const config::Settings& settings, std::shared_ptr<data::Dataset> dataset);
     static Result<std::unique_ptr<ViewSource>> make(const config::Settings& settings,
                                                     std::shared_ptr<data::Dataset> dataset,
                                                     const std::string& root);
 
     config::ModelConfig network_;
+    bool gives_planes_;
     std::shared_ptr<data::Dataset> dataset_;
     std::optional<data::ViewVectors> embedding_, tokens_;  ///< where the network takes them
 };
 
 /// The inverse of a rigid pose, given as a matrix for row vectors, in the form of world_to_camera.
 scene::Mat4 inverse_pose(const float* view_to_world);
+
+/// The settings without losses that take more maps than the network sees, as predictions need them.
+config::Settings without_map_losses(config::Settings settings);
 
 /// The colour behind objects: white or black.
 std::array<float, 3> background_of(const config::Settings& settings);

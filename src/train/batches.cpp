@@ -23,6 +23,7 @@ TrainBatch Batch::view() const {
     batch.focals = focals;
     batch.embedding = embedding;
     batch.tokens = tokens;
+    batch.planes = planes;
     batch.targets = targets;
     batch.levels = levels;
     batch.cameras = cameras;
@@ -75,6 +76,7 @@ Status BatchSource::add_object(std::uint64_t position, Batch& batch) const {
     if (focals_) append(batch.focals, views.focals, std::size_t{2} * views_);
     append(batch.embedding, views.embedding, views.embedding.size());
     append(batch.tokens, views.tokens, views.tokens.size());
+    append(batch.planes, views.planes, views.planes.size());
     const std::size_t plane = views.levels.size() / numbers.size();
     add_targets(std::span(views.levels).subspan(plane * views_),
                 std::span(views.cameras).subspan(views_), batch);

@@ -19,7 +19,7 @@ namespace splat::train {
 
 /// The arrays of one TrainBatch.
 struct Batch {
-    std::vector<float> images, view_to_world, quaternions, focals, embedding, tokens;
+    std::vector<float> images, view_to_world, quaternions, focals, embedding, tokens, planes;
     std::vector<float> targets;  ///< where opt.target_resolution is not the network's; else levels
     std::vector<std::uint8_t> levels;
     std::vector<scene::Camera> cameras;

@@ -25,6 +25,8 @@ Status Trainer::check_cycle(const model::ModelConfig& network) const {
             "(model.head f3d, data.use_mask true), which drawn views have");
     if (config_.scale_terms) return refuse("opt.scale_terms is true");
     if (config_.target_resolution != 0) return refuse("opt.target_resolution is not 0");
+    if (config_.weighs(&config::TrainConfig::plane_weight))
+        return refuse("opt.lambda_plane is not 0, and drawn views have no planes");
     if (config_.targets < 2) return refuse("opt.imgs_per_obj is 1, the input view alone");
     return {};
 }

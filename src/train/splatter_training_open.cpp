@@ -170,10 +170,11 @@ Status SplatterTraining::open_data(run::Messages& messages) {
     data_ = std::move(opened.value());
     SPLAT_TRY(of_file(read_cameras(data_->dataset(), messages)));
     SPLAT_TRY(BatchSource(data_, settings_, settings_.training.seed).check());
+    const config::Settings seen = predict::without_map_losses(settings_);
     std::shared_ptr<data::Dataset> validation = desc_.validation;
     if (validation == nullptr && desc_.dataset == nullptr) {
         bool lacks_split = false;
-        auto found = ViewSource::open_split(settings_, "", "val", &lacks_split);
+        auto found = ViewSource::open_split(seen, "", "val", &lacks_split);
         if (found.ok())
             validation = std::move(found.value());
         else if (lacks_split)
@@ -182,7 +183,7 @@ Status SplatterTraining::open_data(run::Messages& messages) {
             return of_file(found.status(), "split val: ");
     }
     if (validation != nullptr) {
-        auto source = ViewSource::open(settings_, std::move(validation));
+        auto source = ViewSource::open(seen, std::move(validation));
         SPLAT_TRY(desc_.validation != nullptr ? source.status()
                                               : of_file(source.status(), "split val: "));
         validation_ = std::move(source.value());

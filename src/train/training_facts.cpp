@@ -75,7 +75,8 @@ constexpr const char* kDataFacts[] = {"split", "objects", "views", "stored_resol
 constexpr std::pair<const char*, bool model::ImageChannels::*> kStartMaps[] = {
     {"depth", &model::ImageChannels::depth},
     {"normal", &model::ImageChannels::normal},
-    {"mask", &model::ImageChannels::mask}};
+    {"mask", &model::ImageChannels::mask},
+    {"plane", &model::ImageChannels::plane}};
 
 void add_start(JsonWriter& json, const Start& start) {
     if (start.file.empty()) {

@@ -48,6 +48,8 @@ namespace Splat
         Normals = 2,
         /// <summary>Masks, too.</summary>
         Masks = 4,
+        /// <summary>Channels of planes, too.</summary>
+        Planes = 8,
     }
 
     /// <summary>n views of R x R pixels.</summary>
@@ -55,12 +57,14 @@ namespace Splat
     {
         /// <summary>[n,3,R,R] 0 to 1.</summary>
         public float[] Images { get; internal set; } = Array.Empty<float>();
-        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; null unless asked for, so the next two.</summary>
+        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; null unless asked for, so the next three.</summary>
         public float[]? Depths { get; internal set; }
         /// <summary>[n,3,R,R] (normal + 1) / 2, in the camera's axes.</summary>
         public float[]? Normals { get; internal set; }
         /// <summary>[n,1,R,R] 0 to 1.</summary>
         public float[]? Masks { get; internal set; }
+        /// <summary>[n,5,R,R] (normal + 1) / 2, distance, id of the pixel's plane; 0 without one.</summary>
+        public float[]? Planes { get; internal set; }
         /// <summary>[n,16] row vectors; the world is the frame of the first view.</summary>
         public float[] ViewToWorld { get; internal set; } = Array.Empty<float>();
         /// <summary>[n,4] w x y z of that rotation.</summary>
@@ -220,6 +224,7 @@ namespace Splat
                 Depths = (parts & ViewParts.Depths) != 0 ? numbersOf(area) : null,
                 Normals = (parts & ViewParts.Normals) != 0 ? numbersOf(3 * area) : null,
                 Masks = (parts & ViewParts.Masks) != 0 ? numbersOf(area) : null,
+                Planes = (parts & ViewParts.Planes) != 0 ? numbersOf(5 * area) : null,
                 ViewToWorld = numbersOf(16),
                 Quaternions = numbersOf(4),
                 Focals = numbersOf(2),
@@ -234,6 +239,7 @@ namespace Splat
                     depths = (float*)arena.Pin(result.Depths),
                     normals = (float*)arena.Pin(result.Normals),
                     masks = (float*)arena.Pin(result.Masks),
+                    planes = (float*)arena.Pin(result.Planes),
                     view_to_world = (float*)arena.Pin(result.ViewToWorld),
                     quaternions = (float*)arena.Pin(result.Quaternions),
                     focals = (float*)arena.Pin(result.Focals),
@@ -242,6 +248,7 @@ namespace Splat
                     depth_count = (ulong)(result.Depths?.Length ?? 0),
                     normal_count = (ulong)(result.Normals?.Length ?? 0),
                     mask_count = (ulong)(result.Masks?.Length ?? 0),
+                    plane_count = (ulong)(result.Planes?.Length ?? 0),
                     view_to_world_count = (ulong)result.ViewToWorld.Length,
                     quaternion_count = (ulong)result.Quaternions.Length,
                     focal_count = (ulong)result.Focals.Length,

@@ -154,6 +154,7 @@ namespace Splat
         /** <summary>masks are required</summary> */ Mask = 4,
         /** <summary>keep objects with missing files, for <c>Dataset.CheckJson</c></summary> */ Lenient = 8,
         /** <summary>leave incomplete objects out; the log and the report name them</summary> */ AllowMissing = 16,
+        /** <summary>plane maps are required</summary> */ Plane = 32,
     }
 
     /// <summary>Options of an import.</summary>
@@ -470,6 +471,7 @@ namespace Splat
         /** <summary>the file's network had channels of normals; for Graft</summary> */ FromNormal = 8,
         /** <summary>the file's network had a mask channel; for Graft</summary> */ FromMask = 16,
         /** <summary>the file has only adapters; other parameters stay</summary> */ Adapters = 32,
+        /** <summary>the file's network had channels of planes; for Graft</summary> */ FromPlane = 64,
     }
 
     /// <summary>What is exported of a model.</summary>

@@ -394,6 +394,9 @@ namespace Splat
         public double Rate { get; }
         /// <summary>loss of edges, mean over the batch; 0 unless opt.lambda_edge &gt; 0</summary>
         public double EdgeLoss { get; }
+        /// <summary>Gaussians off their planes, mean over the batch, scene units squared; 0 unless opt.lambda_plane
+        /// &gt; 0</summary>
+        public double PlaneLoss { get; }
 
         internal unsafe TrainerInfo(splat_trainer_info* from)
         {
@@ -414,6 +417,7 @@ namespace Splat
             GradientsZero = from->gradients_zero != 0;
             Rate = from->rate;
             EdgeLoss = from->edge_loss;
+            PlaneLoss = from->plane_loss;
         }
     }
 
@@ -442,6 +446,9 @@ namespace Splat
         /// where a mask or an alpha is given: its head takes the depth of each pixel, of a map in the proportion of
         /// the image</summary>
         public bool Whole { get; }
+        /// <summary>true: it takes planes, which only objects of data sets have:
+        /// <c>Predictor.PredictObject</c></summary>
+        public bool Plane { get; }
 
         internal unsafe PredictorInfo(splat_predictor_info* from)
         {
@@ -458,6 +465,7 @@ namespace Splat
             FovDegrees = from->fov_degrees;
             Category = Text.Read(from->category, -1);
             Whole = from->whole != 0;
+            Plane = from->plane != 0;
         }
     }
 

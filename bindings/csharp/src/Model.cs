@@ -22,7 +22,7 @@ namespace Splat
     /// <summary>Arrays of a pass over N images; null: not given. See the model's configuration.</summary>
     public sealed class ModelInput
     {
-        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance.</summary>
+        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, planes, origin distance.</summary>
         public ReadOnlyMemory<float> Images { get; set; }
         /// <summary>Instead of Images: N pictures, or a multiple whose planes join.</summary>
         public IReadOnlyList<Image>? Pictures { get; set; }

@@ -429,13 +429,15 @@ namespace Splat.Interop
 
         /// <summary>
         /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
-        /// in folders depth, normal and mask of an object (also depths, normals, masks; CO3D's: depths.npy,
-        /// normals.npy, masks.npy), as images, .npy or .pfm files: vectors of normals, masks of 0 to 1; whole
-        /// numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled from
-        /// least to most. A transforms.json may name mask_path, depth_file_path (distances: their inverses
-        /// are scaled) and train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks,
-        /// alpha is the mask. Objaverse has no split "test", GSO none "train"; a folder without splits serves
-        /// any. The first opening of a split of tables imports it, as with out NULL.
+        /// in folders depth, normal, mask and plane of an object (also depths, normals, masks, planes; CO3D's:
+        /// depths.npy and so on), as images, .npy or .pfm files: vectors of normals, masks of 0 to 1; whole
+        /// numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled from least
+        /// to most. Planes have four channels as splat_planes_from_depth gives them; at another resolution they
+        /// are those of the nearest pixels. Tables and stores hold no planes.
+        /// A transforms.json may name mask_path, depth_file_path (distances: their inverses are scaled) and
+        /// train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks, alpha is the mask.
+        /// Objaverse has no split "test", GSO none "train"; a folder without splits serves any. The first
+        /// opening of a split of tables imports it, as with out NULL.
         /// A folder of a split is an object if it has any part of its format (SRN's: rgb, pose, intrinsics.txt);
         /// one that cannot be read is an error, and so is one that lacks a part, unless flags have LENIENT or
         /// ALLOW_MISSING. Other folders are not read; the log and the report name them.
@@ -546,8 +548,8 @@ namespace Splat.Interop
             user);
 
         /// <summary>
-        /// Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its
-        /// resolution and over its background. Text of poses and intrinsics in SRN's files and tables is kept
+        /// Write objects of a data set with their cameras, images and all maps that it has but planes, as 8
+        /// bits at its resolution and over its background; a warning tells planes that are left out. Text of poses and intrinsics in SRN's files and tables is kept
         /// as it is. An export that a killed process began is continued: by file of 16 row groups or by object.
         /// export_&lt;split&gt;.json in the folder says what it holds, and for tables the CRC-32 of each file,
         /// which an import compares.
@@ -1442,9 +1444,10 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
         ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
-        ///                                  network needs and a picture lacks, or the other way round; maps
-        ///                                  of another size; an empty mask; pixels that do not fit,
-        ///                                  are not finite or not from 0 to 1 (splat_picture_source)
+        ///                                  network needs and a picture lacks, or the other way round; a
+        ///                                  network that takes planes; maps of another size; an empty mask;
+        ///                                  pixels that do not fit, are not finite or not from 0 to 1
+        ///                                  (splat_picture_source)
         ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
@@ -3628,6 +3631,11 @@ namespace Splat.Interop
         public ulong quaternion_count;
         public ulong focal_count;
         public ulong origin_distance_count;
+        /// <summary>[n,5,R,R] 0 to 1: (normal + 1) / 2 of the pixel's plane, in the camera's axes; its distance from
+        /// the camera, as a share of the farthest plane's; id, place / number of the view's planes, where place 1 has
+        /// the most pixels. All 0 where there is no plane</summary>
+        public float* planes;
+        public ulong plane_count;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -4158,7 +4166,9 @@ namespace Splat.Interop
         /// mask or an alpha is given: its head takes the depth of each pixel, of a map in the proportion of the
         /// image</summary>
         public uint whole;
-        /** <summary>0</summary> */ public uint reserved;
+        /// <summary>1: it takes planes, which only objects of data sets have:
+        /// splat_predictor_predict_object</summary>
+        public uint plane;
     }
 
     /// <summary>Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.</summary>
@@ -4315,8 +4325,8 @@ namespace Splat.Interop
         /// <summary>images in the caller's layout, instead of <c>images</c>; the planes of an image may come from
         /// several pictures in turn, such as RGB, then depth: N pictures or a multiple</summary>
         public splat_image* pictures;
-        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth; LGM's: RGB as
-        /// ImageNet normalises it, o x d and d of rays, y up, z back</summary>
+        /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, planes, origin distance or head's depth;
+        /// LGM's: RGB as ImageNet normalises it, o x d and d of rays, y up, z back</summary>
         public float* images;
         public ulong images_count;
         /// <summary>[N,4,4] row vectors: p_world = p_view M; NULL: the identity</summary>
@@ -4516,6 +4526,9 @@ namespace Splat.Interop
         /// <summary>channels per input image, as in the configuration; 0: not checked</summary>
         public uint channels;
         /** <summary>B, as in the configuration; 0: not checked</summary> */ public uint objects;
+        /// <summary>[B*V,5,R,R] if opt.lambda_plane &gt; 0, else NULL; see splat_dataset_views</summary>
+        public float* planes;
+        public ulong planes_count;
     }
 
     /// <summary>What a step of a training did.</summary>
@@ -4546,6 +4559,9 @@ namespace Splat.Interop
         /** <summary>learning rate of this update, or of the one that was skipped</summary> */ public double rate;
         /// <summary>loss of edges, mean over the batch; 0 unless opt.lambda_edge &gt; 0</summary>
         public double edge_loss;
+        /// <summary>Gaussians off their planes, mean over the batch, scene units squared; 0 unless opt.lambda_plane
+        /// &gt; 0</summary>
+        public double plane_loss;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -5300,11 +5316,11 @@ namespace Splat.Interop
                 "struct_size:0:4 flags:4:4 next:8:8 path:16:8 format:24:8 split:32:8 resolution:40:4 limit:44:4 " +
                 "cache_bytes:48:8 background:56:12 reserved:68:4 category:72:8 objects_file:80:8 " +
                 "excluded_file:88:8 views_file:96:8"),
-            new NativeLayout(typeof(splat_dataset_views), 136, false,
+            new NativeLayout(typeof(splat_dataset_views), 152, false,
                 "struct_size:0:4 reserved:4:4 images:8:8 depths:16:8 normals:24:8 masks:32:8 view_to_world:40:8 " +
                 "quaternions:48:8 focals:56:8 origin_distances:64:8 image_count:72:8 depth_count:80:8 " +
                 "normal_count:88:8 mask_count:96:8 view_to_world_count:104:8 quaternion_count:112:8 " +
-                "focal_count:120:8 origin_distance_count:128:8"),
+                "focal_count:120:8 origin_distance_count:128:8 planes:136:8 plane_count:144:8"),
             new NativeLayout(typeof(splat_dataset_import_desc), 56, false,
                 "struct_size:0:4 flags:4:4 next:8:8 path:16:8 out:24:8 split:32:8 duckdb:40:8 shards:48:4 " +
                 "shard:52:4"),
@@ -5383,7 +5399,7 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_predictor_info), 80, false,
                 "struct_size:0:4 views:4:4 resolution:8:4 channels:12:4 depth:16:4 normal:20:4 mask:24:4 " +
                 "origin_distance:28:4 gaussians:32:8 sh_degree:40:4 background:44:12 fov_degrees:56:8 " +
-                "category:64:8 whole:72:4 reserved:76:4"),
+                "category:64:8 whole:72:4 plane:76:4"),
             new NativeLayout(typeof(splat_prediction), 96, false,
                 "struct_size:0:4 camera_capacity:4:4 cameras:8:8 pictures:16:8 picture_capacity:24:4 " +
                 "camera_count:28:4 picture_count:32:4 reserved:36:4 inputs:40:8 input_capacity:48:8 " +
@@ -5438,15 +5454,16 @@ namespace Splat.Interop
                 "gradients_zero:40:4 averaged:44:4 parameters:48:8 elements:56:8"),
             new NativeLayout(typeof(splat_trainer_desc), 24, false,
                 "struct_size:0:4 flags:4:4 next:8:8 config:16:8"),
-            new NativeLayout(typeof(splat_trainer_batch), 144, false,
+            new NativeLayout(typeof(splat_trainer_batch), 160, false,
                 "struct_size:0:4 reserved:4:4 images:8:8 images_count:16:8 view_to_world:24:8 " +
                 "view_to_world_count:32:8 quaternions:40:8 quaternions_count:48:8 focals:56:8 focals_count:64:8 " +
                 "embedding:72:8 embedding_count:80:8 tokens:88:8 tokens_count:96:8 targets:104:8 " +
-                "targets_count:112:8 cameras:120:8 cameras_count:128:8 channels:136:4 objects:140:4"),
-            new NativeLayout(typeof(splat_trainer_info), 136, false,
+                "targets_count:112:8 cameras:120:8 cameras_count:128:8 channels:136:4 objects:140:4 planes:144:8 " +
+                "planes_count:152:8"),
+            new NativeLayout(typeof(splat_trainer_info), 144, false,
                 "struct_size:0:4 skipped:4:4 step:8:8 pairs:16:8 loss:24:8 squared_error:32:8 pixel_loss:40:8 " +
                 "ssim:48:8 network_ms:56:8 render_ms:64:8 update_ms:72:8 lpips:80:8 visible:88:8 culled:96:8 " +
-                "non_finite:104:8 gradients_zero:112:4 reserved:116:4 rate:120:8 edge_loss:128:8"),
+                "non_finite:104:8 gradients_zero:112:4 reserved:116:4 rate:120:8 edge_loss:128:8 plane_loss:136:8"),
             new NativeLayout(typeof(splat_training_desc), 88, false,
                 "struct_size:0:4 flags:4:4 next:8:8 folder:16:8 config:24:8 values:32:8 value_count:40:8 " +
                 "dataset:48:8 validation:56:8 init:64:8 init_flags:72:4 reserved:76:4 group:80:8"),

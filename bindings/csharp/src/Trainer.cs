@@ -71,6 +71,8 @@ namespace Splat
         public ReadOnlyMemory<float> Embedding { get; set; }
         /// <summary>[B*V,token_dim,tokens].</summary>
         public ReadOnlyMemory<float> Tokens { get; set; }
+        /// <summary>[B*V,5,R,R]; null unless opt.lambda_plane is above 0.</summary>
+        public ReadOnlyMemory<float> Planes { get; set; }
         /// <summary>[B*T,3,R,R].</summary>
         public ReadOnlyMemory<float> Targets { get; set; }
         /// <summary>B*T, of R x R pixels.</summary>
@@ -119,6 +121,7 @@ namespace Splat
                     Focals = Copy(native.focals, native.focals_count),
                     Embedding = Copy(native.embedding, native.embedding_count),
                     Tokens = Copy(native.tokens, native.tokens_count),
+                    Planes = Copy(native.planes, native.planes_count),
                     Targets = Copy(native.targets, native.targets_count),
                 };
                 batch.Cameras = Camera.FromNative(new ReadOnlySpan<splat_camera>(
@@ -195,6 +198,8 @@ namespace Splat
                     embedding_count = Model.Count(batch.Embedding, nameof(batch.Embedding)),
                     tokens = (float*)arena.Pin(batch.Tokens),
                     tokens_count = Model.Count(batch.Tokens, nameof(batch.Tokens)),
+                    planes = (float*)arena.Pin(batch.Planes),
+                    planes_count = Model.Count(batch.Planes, nameof(batch.Planes)),
                     targets = (float*)arena.Pin(batch.Targets),
                     targets_count = Model.Count(batch.Targets, nameof(batch.Targets)),
                     cameras = (splat_camera*)arena.Pin(cameras),

@@ -2,6 +2,7 @@
 #include "api/handles.h"
 #include "core/path_name.h"
 #include "data/dataset_check.h"
+#include "data/plane_channels.h"
 #include "synthetic/object_writer.h"
 
 using namespace splat;
@@ -9,10 +10,12 @@ using namespace splat;
 static_assert(SPLAT_DATA_DEPTH == data::flag_of(data::MapKind::kDepth));
 static_assert(SPLAT_DATA_NORMAL == data::flag_of(data::MapKind::kNormal));
 static_assert(SPLAT_DATA_MASK == data::flag_of(data::MapKind::kMask));
+static_assert(SPLAT_DATA_PLANE == data::flag_of(data::MapKind::kPlane));
 
 namespace {
 
-constexpr std::uint32_t kMapFlags = SPLAT_DATA_DEPTH | SPLAT_DATA_NORMAL | SPLAT_DATA_MASK;
+constexpr std::uint32_t kMapFlags =
+    SPLAT_DATA_DEPTH | SPLAT_DATA_NORMAL | SPLAT_DATA_MASK | SPLAT_DATA_PLANE;
 
 std::uint32_t value_or(std::uint32_t value, std::uint32_t fallback) {
     return value != 0 ? value : fallback;
@@ -45,7 +48,8 @@ Status check_views(const splat_dataset_views& views, std::uint64_t n, std::uint6
                 {"view_to_world", views.view_to_world, views.view_to_world_count, 16},
                 {"quaternions", views.quaternions, views.quaternion_count, 4},
                 {"focals", views.focals, views.focal_count, 2},
-                {"origin_distances", views.origin_distances, views.origin_distance_count, 1}};
+                {"origin_distances", views.origin_distances, views.origin_distance_count, 1},
+                {"planes", views.planes, views.plane_count, data::kPlaneChannels * pixels}};
     for (const auto& row : rows)
         if (row.array != nullptr && row.length != 0 && row.length < n * row.each)
             return invalid("splat_dataset_views.%s has %llu floats, %llu views take %llu", row.name,
@@ -89,13 +93,13 @@ splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const ui
                                 uint32_t count, splat_dataset_views* out) {
     return api::with(dataset, [&](const auto& found) -> Status {
         if (count > 0) SPLAT_TRY(api::require(views, "views"));
-        SPLAT_TRY(api::require(out, "out"));
-        SPLAT_TRY(api::check_size(*out));
-        SPLAT_TRY(check_views(*out, count, found->dataset->resolution()));
-        return found->dataset->read(
-            object, {views, count},
-            {out->images, out->depths, out->normals, out->masks, out->view_to_world,
-             out->quaternions, out->focals, out->origin_distances});
+        splat_dataset_views to{};
+        SPLAT_TRY(api::take_input(out, "out", to));
+        SPLAT_TRY(check_views(to, count, found->dataset->resolution()));
+        data::ViewArrays arrays;
+        SPLAT_COPY(arrays, to, images, depths, normals, masks, view_to_world, quaternions, focals,
+                   origin_distances, planes);
+        return found->dataset->read(object, {views, count}, arrays);
     });
 }
 

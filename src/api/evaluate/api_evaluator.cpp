@@ -16,7 +16,8 @@ using EvaluatorPointer = std::shared_ptr<api::EvaluatorObject>;
 Result<std::unique_ptr<predict::ViewSource>> views_of_dataset(
     const std::shared_ptr<api::DatasetObject>& object, const config::Settings* settings) {
     const std::shared_ptr<data::Dataset> dataset(object, object->dataset.get());
-    if (settings != nullptr) return predict::ViewSource::open(*settings, dataset);
+    if (settings != nullptr)
+        return predict::ViewSource::open(predict::without_map_losses(*settings), dataset);
     config::Settings own;
     own.network.resolution = dataset->resolution();
     own.training.white_background = dataset->background()[0] > 0;
@@ -40,7 +41,8 @@ Result<std::unique_ptr<predict::ViewSource>> evaluator_views(const splat_evaluat
         return invalid(
             "splat_evaluator_desc.dataset is NULL, expected a data set: without a "
             "predictor no configuration says how to open a folder");
-    return predict::ViewSource::open(*settings, desc.data_path == nullptr ? "" : desc.data_path,
+    return predict::ViewSource::open(predict::without_map_losses(*settings),
+                                     desc.data_path == nullptr ? "" : desc.data_path,
                                      desc.split == nullptr ? "test" : desc.split);
 }
 

@@ -144,7 +144,7 @@ splat_result splat_model_init(splat_model model, uint64_t seed) {
 splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags) {
     return unmapped(model, [&](api::ModelObject& object) -> Status {
         SPLAT_ASSIGN(const auto file, api::weights_to_use(weights, "weights"));
-        SPLAT_TRY(api::check_flags(flags, 2 * SPLAT_LOAD_ADAPTERS - 1));
+        SPLAT_TRY(api::check_flags(flags, 2 * SPLAT_LOAD_FROM_PLANE - 1));
         model::LoadReport report = object.load.get();
         const auto loaded = [&](Status status) {
             object.load.set(std::move(report));
@@ -159,9 +159,9 @@ splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t
         model::LoadOptions options;
         options.graft = (flags & SPLAT_LOAD_GRAFT) != 0;
         options.take_rays = (flags & SPLAT_LOAD_TAKE_RAYS) != 0;
-        options.source = {(flags & SPLAT_LOAD_FROM_DEPTH) != 0,
-                          (flags & SPLAT_LOAD_FROM_NORMAL) != 0,
-                          (flags & SPLAT_LOAD_FROM_MASK) != 0};
+        options.source = {
+            (flags & SPLAT_LOAD_FROM_DEPTH) != 0, (flags & SPLAT_LOAD_FROM_NORMAL) != 0,
+            (flags & SPLAT_LOAD_FROM_MASK) != 0, (flags & SPLAT_LOAD_FROM_PLANE) != 0};
         return loaded(model::load_state(*object.model, file->file.tensors, options, report));
     });
 }

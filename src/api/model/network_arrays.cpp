@@ -3,7 +3,15 @@
 namespace splat::api {
 namespace {
 
-/// `use` names the setting that needs the array, or has no use for it.
+std::string channel_names(const config::ModelConfig& c) {
+    return std::string("RGB") + (c.depth ? ", depth" : "") + (c.normal ? ", normal" : "") +
+           (c.mask ? ", mask" : "") + (c.plane ? ", planes" : "") +
+           (c.origin_distance ? ", origin distance" : "") +
+           (c.positions == kHeadInputDepth ? ", depth in scene units" : "");
+}
+
+}  // namespace
+
 Status check_array(const char* type, const char* name, const float* values, std::uint32_t wanted,
                    const std::string& use) {
     if ((values != nullptr) == (wanted > 0)) return {};
@@ -14,14 +22,6 @@ Status check_array(const char* type, const char* name, const float* values, std:
     return invalid("%s.%s is given, expected NULL: the configuration has %s", type, name,
                    use.c_str());
 }
-
-std::string channel_names(const config::ModelConfig& c) {
-    return std::string("RGB") + (c.depth ? ", depth" : "") + (c.normal ? ", normal" : "") +
-           (c.mask ? ", mask" : "") + (c.origin_distance ? ", origin distance" : "") +
-           (c.positions == kHeadInputDepth ? ", depth in scene units" : "");
-}
-
-}  // namespace
 
 Result<std::span<const float>> host_array(const char* type, const char* name, HostArray array,
                                           const std::vector<std::uint64_t>& dims) {

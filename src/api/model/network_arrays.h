@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "config/model_config.h"
@@ -17,6 +18,11 @@ struct HostArray {
 /// Errors  kShape for another count, naming the array, its count, the one expected and the shape
 Result<std::span<const float>> host_array(const char* type, const char* name, HostArray array,
                                           const std::vector<std::uint64_t>& dims);
+
+/// `wanted` numbers for each image; 0: none. `use` names the setting that needs the array, or has no use for it.
+/// Errors  kInvalidArgument for a needed array that is NULL, and for another one that is given
+Status check_array(const char* type, const char* name, const float* values, std::uint32_t wanted,
+                   const std::string& use);
 
 /// The optional members of splat_model_input and splat_trainer_batch.
 struct NetworkArrays {

@@ -279,7 +279,7 @@ splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor
     return api::describe(predictor, info, "info", [](auto& object) {
         const config::ModelConfig& network = object.settings.network;
         splat_predictor_info filled{};
-        SPLAT_COPY(filled, network, views, resolution, depth, normal, mask, origin_distance,
+        SPLAT_COPY(filled, network, views, resolution, depth, normal, mask, plane, origin_distance,
                    sh_degree);
         filled.channels = network.input_channels();
         filled.gaussians = std::uint64_t{network.gaussians()} * (1 + object.aggregation.views);
@@ -328,7 +328,8 @@ splat_result splat_predictor_predict_object(splat_predictor predictor, splat_dat
             return invalid("count is %u, expected at least %u, the network's input views", count,
                            inputs);
         SPLAT_ASSIGN(const auto source,
-                     predict::ViewSource::open(from.settings, {data, data->dataset.get()}));
+                     predict::ViewSource::open(predict::without_map_losses(from.settings),
+                                               {data, data->dataset.get()}));
         SPLAT_ASSIGN(made.views, source->read(object, {views, count}, inputs));
         return {};
     };

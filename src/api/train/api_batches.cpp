@@ -20,6 +20,7 @@ splat_trainer_batch batch_of(const api::BatchesObject& object) {
     give(from.focals, batch.focals, batch.focals_count);
     give(from.embedding, batch.embedding, batch.embedding_count);
     give(from.tokens, batch.tokens, batch.tokens_count);
+    give(from.planes, batch.planes, batch.planes_count);
     give(object.targets, batch.targets, batch.targets_count);
     batch.cameras = object.cameras.data();
     batch.cameras_count = object.cameras.size();

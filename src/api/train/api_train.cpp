@@ -5,6 +5,7 @@
 #include "api/train/settings.h"
 #include "api/train/trainer_info.h"
 #include "config/config_file.h"
+#include "data/plane_channels.h"
 #include "train/training_facts.h"
 
 using namespace splat;
@@ -28,6 +29,10 @@ Status take(const splat_trainer_batch& from, const config::ModelConfig& network,
                                          from.tokens, from.channels, from.objects},
                                         network, training.batch_size));
     const std::uint64_t r = network.resolution;
+    const std::uint32_t plane = training.plane_weight > 0 ? data::kPlaneChannels : 0;
+    SPLAT_TRY(api::check_array("splat_trainer_batch", "planes", from.planes,
+                               plane * network.resolution * network.resolution,
+                               format("opt.lambda_plane %g", training.plane_weight)));
     const std::size_t inputs = std::size_t{training.batch_size} * network.views;
     const std::size_t targets = std::size_t{training.batch_size} * training.targets;
     if (from.cameras_count != 0 && from.cameras_count != targets)
@@ -51,6 +56,8 @@ Status take(const splat_trainer_batch& from, const config::ModelConfig& network,
                                         {inputs, network.embedding_length()}));
     SPLAT_ASSIGN(batch.tokens, array("tokens", from.tokens, from.tokens_count,
                                      {inputs, network.token_dim, network.tokens}));
+    SPLAT_ASSIGN(batch.planes,
+                 array("planes", from.planes, from.planes_count, {inputs, plane, r, r}));
     SPLAT_ASSIGN(batch.targets,
                  array("targets", from.targets, from.targets_count, {targets, 3, r, r}));
     to.batch.cameras = to.cameras;
@@ -104,6 +111,7 @@ splat_trainer_info api::info_of(const train::TrainStep& step) {
     info.render_ms = 1e3 * step.render_seconds;
     info.update_ms = 1e3 * step.update_seconds;
     info.edge_loss = step.loss.of("edge");
+    info.plane_loss = step.loss.plane;
     info.lpips = step.loss.of("lpips");
     return info;
 }

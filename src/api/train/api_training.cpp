@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint32_t kLoadFlags = SPLAT_LOAD_GRAFT | SPLAT_LOAD_TAKE_RAYS |
                                      SPLAT_LOAD_FROM_DEPTH | SPLAT_LOAD_FROM_NORMAL |
-                                     SPLAT_LOAD_FROM_MASK;
+                                     SPLAT_LOAD_FROM_MASK | SPLAT_LOAD_FROM_PLANE;
 
 /// An open data set of the caller, or null. Errors: kInvalidHandle.
 Status take_dataset(splat_dataset handle, const char* field,
@@ -44,7 +44,7 @@ Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
     desc.init_options.graft = has(SPLAT_LOAD_GRAFT);
     desc.init_options.take_rays = has(SPLAT_LOAD_TAKE_RAYS);
     desc.init_options.source = {has(SPLAT_LOAD_FROM_DEPTH), has(SPLAT_LOAD_FROM_NORMAL),
-                                has(SPLAT_LOAD_FROM_MASK)};
+                                has(SPLAT_LOAD_FROM_MASK), has(SPLAT_LOAD_FROM_PLANE)};
     return desc;
 }
 

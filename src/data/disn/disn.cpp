@@ -121,6 +121,7 @@ Result<bool> DisnReader::add_object(const std::string& below, const std::string&
     SPLAT_TRY(find_maps(MapKind::kDepth, object, names.cameras));
     SPLAT_TRY(find_maps(MapKind::kNormal, object, names.cameras));
     index_.add_lacking(MapKind::kMask, os::text_of(colors));  // they are the images' opacity
+    index_.add_lacking(MapKind::kPlane, os::text_of(folder(map_name(MapKind::kPlane), below)));
     objects_.push_back(std::move(object));
     return true;
 }

@@ -8,7 +8,7 @@ namespace vkrun {
 
 /// The channels of an input image after RGB.
 struct ImageChannels {
-    bool depth = false, normal = false, mask = false;
+    bool depth = false, normal = false, mask = false, plane = false;
     bool origin_distance = false;  ///< the last plane
 
     /// Channels that a merged configuration asks for.

@@ -279,7 +279,7 @@ void add_train(CLI::App& app, int& exit_code) {
         ->type_name("FILE");
     command
         ->add_option("--init-channels", t.init_channels,
-                     "Input channels of --init after RGB: any of depth,normal,mask")
+                     "Input channels of --init after RGB: any of depth,normal,mask,plane")
         ->type_name("LIST")
         ->delimiter(',');
     CLI::Option* show =

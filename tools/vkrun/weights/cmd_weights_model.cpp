@@ -297,10 +297,10 @@ void add_weights_model(CLI::App& weights, int& exit_code) {
                             kGraftFooter, *options);
     command
         ->add_option("--from", options->from,
-                     "Input channels of IN after RGB: any of depth,normal,mask")
+                     "Input channels of IN after RGB: any of depth,normal,mask,plane")
         ->type_name("LIST")
         ->delimiter(',')
-        ->check(one_of({"depth", "normal", "mask"}));
+        ->check(one_of({"depth", "normal", "mask", "plane"}));
     command->add_option("--seed", options->seed, "Seed of what starts at random")
         ->type_name("N")
         ->capture_default_str();

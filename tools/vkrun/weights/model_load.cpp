@@ -43,9 +43,11 @@ std::uint32_t graft_flags(const char* option, const std::vector<std::string>& ch
             flags |= SPLAT_LOAD_FROM_NORMAL;
         else if (channel == "mask")
             flags |= SPLAT_LOAD_FROM_MASK;
+        else if (channel == "plane")
+            flags |= SPLAT_LOAD_FROM_PLANE;
         else
             throw Failure(kUsageError, std::string(option) + ": '" + channel +
-                                           "' is unknown, expected depth, normal or mask");
+                                           "' is unknown, expected depth, normal, mask or plane");
     }
     return flags;
 }

@@ -9,7 +9,7 @@
 namespace vkrun {
 
 /// The flags of splat_model_load that graft weights whose channels after RGB are `channels`: depth,
-/// normal, mask. Throws a usage Failure that names `option` for another word.
+/// normal, mask, plane. Throws a usage Failure that names `option` for another word.
 std::uint32_t graft_flags(const char* option, const std::vector<std::string>& channels);
 
 /// "215 tensors copied, 1 widened, 0 new, 0 left out": `load` of a model's report.

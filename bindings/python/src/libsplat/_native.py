@@ -312,6 +312,7 @@ class DataFlags(IntFlag):
     MASK           masks are required
     LENIENT        keep objects with missing files, for `Dataset.check`
     ALLOW_MISSING  leave incomplete objects out; the log and the report name them
+    PLANE          plane maps are required
     """
 
     DEPTH = 1
@@ -319,6 +320,7 @@ class DataFlags(IntFlag):
     MASK = 4
     LENIENT = 8
     ALLOW_MISSING = 16
+    PLANE = 32
 
 
 class ImportFlags(IntFlag):
@@ -749,6 +751,7 @@ class LoadFlags(IntFlag):
     FROM_NORMAL  the file's network had channels of normals; for GRAFT
     FROM_MASK    the file's network had a mask channel; for GRAFT
     ADAPTERS     the file has only adapters; other parameters stay
+    FROM_PLANE   the file's network had channels of planes; for GRAFT
     """
 
     GRAFT = 1
@@ -757,6 +760,7 @@ class LoadFlags(IntFlag):
     FROM_NORMAL = 8
     FROM_MASK = 16
     ADAPTERS = 32
+    FROM_PLANE = 64
 
 
 class Export(OpenEnum):
@@ -1200,12 +1204,14 @@ class splat_dataset_views(Structure):
     struct_size: int; reserved: int; images: Any; depths: Any; normals: Any; masks: Any; view_to_world: Any
     quaternions: Any; focals: Any; origin_distances: Any; image_count: int; depth_count: int; normal_count: int
     mask_count: int; view_to_world_count: int; quaternion_count: int; focal_count: int; origin_distance_count: int
+    planes: Any; plane_count: int
     _fields_ = [
         ("struct_size", c_uint32), ("reserved", c_uint32), ("images", c_void_p), ("depths", c_void_p),
         ("normals", c_void_p), ("masks", c_void_p), ("view_to_world", c_void_p), ("quaternions", c_void_p),
         ("focals", c_void_p), ("origin_distances", c_void_p), ("image_count", c_uint64), ("depth_count", c_uint64),
         ("normal_count", c_uint64), ("mask_count", c_uint64), ("view_to_world_count", c_uint64),
         ("quaternion_count", c_uint64), ("focal_count", c_uint64), ("origin_distance_count", c_uint64),
+        ("planes", c_void_p), ("plane_count", c_uint64),
     ]
 
 
@@ -1460,12 +1466,12 @@ class splat_predictor_desc(Structure):
 class splat_predictor_info(Structure):
     struct_size: int; views: int; resolution: int; channels: int; depth: int; normal: int; mask: int
     origin_distance: int; gaussians: int; sh_degree: int; background: Any; fov_degrees: float; category: Any
-    whole: int; reserved: int
+    whole: int; plane: int
     _fields_ = [
         ("struct_size", c_uint32), ("views", c_uint32), ("resolution", c_uint32), ("channels", c_uint32),
         ("depth", c_uint32), ("normal", c_uint32), ("mask", c_uint32), ("origin_distance", c_uint32),
         ("gaussians", c_uint64), ("sh_degree", c_uint32), ("background", c_float * 3), ("fov_degrees", c_double),
-        ("category", c_char_p), ("whole", c_uint32), ("reserved", c_uint32),
+        ("category", c_char_p), ("whole", c_uint32), ("plane", c_uint32),
     ]
 
 
@@ -1655,27 +1661,27 @@ class splat_trainer_batch(Structure):
     struct_size: int; reserved: int; images: Any; images_count: int; view_to_world: Any; view_to_world_count: int
     quaternions: Any; quaternions_count: int; focals: Any; focals_count: int; embedding: Any; embedding_count: int
     tokens: Any; tokens_count: int; targets: Any; targets_count: int; cameras: Any; cameras_count: int
-    channels: int; objects: int
+    channels: int; objects: int; planes: Any; planes_count: int
     _fields_ = [
         ("struct_size", c_uint32), ("reserved", c_uint32), ("images", c_void_p), ("images_count", c_uint64),
         ("view_to_world", c_void_p), ("view_to_world_count", c_uint64), ("quaternions", c_void_p),
         ("quaternions_count", c_uint64), ("focals", c_void_p), ("focals_count", c_uint64), ("embedding", c_void_p),
         ("embedding_count", c_uint64), ("tokens", c_void_p), ("tokens_count", c_uint64), ("targets", c_void_p),
         ("targets_count", c_uint64), ("cameras", POINTER(splat_camera)), ("cameras_count", c_uint64),
-        ("channels", c_uint32), ("objects", c_uint32),
+        ("channels", c_uint32), ("objects", c_uint32), ("planes", c_void_p), ("planes_count", c_uint64),
     ]
 
 
 class splat_trainer_info(Structure):
     struct_size: int; skipped: int; step: int; pairs: int; loss: float; squared_error: float; pixel_loss: float
     ssim: float; network_ms: float; render_ms: float; update_ms: float; lpips: float; visible: int; culled: int
-    non_finite: int; gradients_zero: int; reserved: int; rate: float; edge_loss: float
+    non_finite: int; gradients_zero: int; reserved: int; rate: float; edge_loss: float; plane_loss: float
     _fields_ = [
         ("struct_size", c_uint32), ("skipped", c_uint32), ("step", c_uint64), ("pairs", c_uint64),
         ("loss", c_double), ("squared_error", c_double), ("pixel_loss", c_double), ("ssim", c_double),
         ("network_ms", c_double), ("render_ms", c_double), ("update_ms", c_double), ("lpips", c_double),
         ("visible", c_uint64), ("culled", c_uint64), ("non_finite", c_uint64), ("gradients_zero", c_uint32),
-        ("reserved", c_uint32), ("rate", c_double), ("edge_loss", c_double),
+        ("reserved", c_uint32), ("rate", c_double), ("edge_loss", c_double), ("plane_loss", c_double),
     ]
 
 
@@ -2082,12 +2088,12 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("resolution", 40, 4), ("limit", 44, 4), ("cache_bytes", 48, 8), ("background", 56, 12), ("reserved", 68, 4),
         ("category", 72, 8), ("objects_file", 80, 8), ("excluded_file", 88, 8), ("views_file", 96, 8),
     )),
-    "splat_dataset_views": (splat_dataset_views, False, 136, (
+    "splat_dataset_views": (splat_dataset_views, False, 152, (
         ("struct_size", 0, 4), ("reserved", 4, 4), ("images", 8, 8), ("depths", 16, 8), ("normals", 24, 8),
         ("masks", 32, 8), ("view_to_world", 40, 8), ("quaternions", 48, 8), ("focals", 56, 8),
         ("origin_distances", 64, 8), ("image_count", 72, 8), ("depth_count", 80, 8), ("normal_count", 88, 8),
         ("mask_count", 96, 8), ("view_to_world_count", 104, 8), ("quaternion_count", 112, 8),
-        ("focal_count", 120, 8), ("origin_distance_count", 128, 8),
+        ("focal_count", 120, 8), ("origin_distance_count", 128, 8), ("planes", 136, 8), ("plane_count", 144, 8),
     )),
     "splat_dataset_import_desc": (splat_dataset_import_desc, False, 56, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8), ("out", 24, 8), ("split", 32, 8),
@@ -2208,7 +2214,7 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     "splat_predictor_info": (splat_predictor_info, False, 80, (
         ("struct_size", 0, 4), ("views", 4, 4), ("resolution", 8, 4), ("channels", 12, 4), ("depth", 16, 4),
         ("normal", 20, 4), ("mask", 24, 4), ("origin_distance", 28, 4), ("gaussians", 32, 8), ("sh_degree", 40, 4),
-        ("background", 44, 12), ("fov_degrees", 56, 8), ("category", 64, 8), ("whole", 72, 4), ("reserved", 76, 4),
+        ("background", 44, 12), ("fov_degrees", 56, 8), ("category", 64, 8), ("whole", 72, 4), ("plane", 76, 4),
     )),
     "splat_prediction": (splat_prediction, False, 96, (
         ("struct_size", 0, 4), ("camera_capacity", 4, 4), ("cameras", 8, 8), ("pictures", 16, 8),
@@ -2294,20 +2300,20 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     "splat_trainer_desc": (splat_trainer_desc, False, 24, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("config", 16, 8),
     )),
-    "splat_trainer_batch": (splat_trainer_batch, False, 144, (
+    "splat_trainer_batch": (splat_trainer_batch, False, 160, (
         ("struct_size", 0, 4), ("reserved", 4, 4), ("images", 8, 8), ("images_count", 16, 8),
         ("view_to_world", 24, 8), ("view_to_world_count", 32, 8), ("quaternions", 40, 8),
         ("quaternions_count", 48, 8), ("focals", 56, 8), ("focals_count", 64, 8), ("embedding", 72, 8),
         ("embedding_count", 80, 8), ("tokens", 88, 8), ("tokens_count", 96, 8), ("targets", 104, 8),
         ("targets_count", 112, 8), ("cameras", 120, 8), ("cameras_count", 128, 8), ("channels", 136, 4),
-        ("objects", 140, 4),
+        ("objects", 140, 4), ("planes", 144, 8), ("planes_count", 152, 8),
     )),
-    "splat_trainer_info": (splat_trainer_info, False, 136, (
+    "splat_trainer_info": (splat_trainer_info, False, 144, (
         ("struct_size", 0, 4), ("skipped", 4, 4), ("step", 8, 8), ("pairs", 16, 8), ("loss", 24, 8),
         ("squared_error", 32, 8), ("pixel_loss", 40, 8), ("ssim", 48, 8), ("network_ms", 56, 8),
         ("render_ms", 64, 8), ("update_ms", 72, 8), ("lpips", 80, 8), ("visible", 88, 8), ("culled", 96, 8),
         ("non_finite", 104, 8), ("gradients_zero", 112, 4), ("reserved", 116, 4), ("rate", 120, 8),
-        ("edge_loss", 128, 8),
+        ("edge_loss", 128, 8), ("plane_loss", 136, 8),
     )),
     "splat_training_desc": (splat_training_desc, False, 88, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("folder", 16, 8), ("config", 24, 8),

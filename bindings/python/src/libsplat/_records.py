@@ -344,6 +344,7 @@ class PredictorInfo(Record):
     whole            True: it takes pictures whole, as if `PictureFlags.WHOLE` were set, over the background only
                      where a mask or an alpha is given: its head takes the depth of each pixel, of a map in the
                      proportion of the image
+    plane            True: it takes planes, which only objects of data sets have: `Predictor.predict_object`
     """
 
     views: int
@@ -359,6 +360,7 @@ class PredictorInfo(Record):
     fov_degrees: float
     category: str
     whole: bool
+    plane: bool
 
 
 @dataclass(frozen=True)
@@ -522,6 +524,8 @@ class TrainerInfo(Record):
     gradients_zero  True: every gradient of a parameter is 0, so nothing is learnt
     rate            learning rate of this update, or of the one that was skipped
     edge_loss       loss of edges, mean over the batch; 0 unless opt.lambda_edge > 0
+    plane_loss      Gaussians off their planes, mean over the batch, scene units squared; 0 unless opt.lambda_plane >
+                    0
     """
 
     skipped: bool
@@ -541,6 +545,7 @@ class TrainerInfo(Record):
     gradients_zero: bool
     rate: float
     edge_loss: float
+    plane_loss: float
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,7 @@ class Dataset(Handle):
     limit        use only this many objects; 0: all
     cache_bytes  for decoded images; 0: 1 GiB
     background   behind transparent pixels, RGB
-    depth, normal, mask  maps that are required
+    depth, normal, mask, plane  maps that are required
     lenient      keep objects with missing files, for `check`
     allow_missing  leave incomplete objects out instead of refusing them; `report["missing"]`
                  names them
@@ -91,7 +91,8 @@ class Dataset(Handle):
     def __init__(self, path: PathLike, *, format: Optional[str] = None, split: str = "train",
                  resolution: int = 0, limit: int = 0, cache_bytes: int = 0,
                  background: ArrayLike = (0, 0, 0), depth: bool = False, normal: bool = False,
-                 mask: bool = False, lenient: bool = False, allow_missing: bool = False,
+                 mask: bool = False, plane: bool = False, lenient: bool = False,
+                 allow_missing: bool = False,
                  objects_file: Optional[PathLike] = None,
                  excluded_file: Optional[PathLike] = None,
                  views_file: Optional[PathLike] = None,
@@ -99,7 +100,7 @@ class Dataset(Handle):
         bits = _native.DataFlags
         desc = _native.splat_dataset_desc(struct_size=sizeof(_native.splat_dataset_desc))
         desc.flags = flags_of((depth, bits.DEPTH), (normal, bits.NORMAL), (mask, bits.MASK),
-                              (lenient, bits.LENIENT),
+                              (plane, bits.PLANE), (lenient, bits.LENIENT),
                               (allow_missing, bits.ALLOW_MISSING))
         desc.path, desc.format = path_of(path), encoded(format, "format")
         desc.split, desc.category = encoded(split, "split"), encoded(category, "category")
@@ -133,7 +134,7 @@ class Dataset(Handle):
 
         Returns "images" [n,3,R,R], "view_to_world" [n,4,4], "quaternions" [n,4], "focals" [n,2],
         "origin_distances" [n], and where the data set has them "depths" [n,1,R,R], "normals"
-        [n,3,R,R], "masks" [n,1,R,R]; all float32. The world is the frame of the first view.
+        [n,3,R,R], "masks" [n,1,R,R], "planes" [n,5,R,R]; all float32. The world is the frame of the first view.
         Raises InvalidArgument (no such object or view), NotFound, FormatError.
         """
         numbers = view_numbers(self, index, views)
@@ -145,7 +146,7 @@ class Dataset(Handle):
             ("quaternions", "quaternion_count", (n, 4)), ("focals", "focal_count", (n, 2)),
             ("origin_distances", "origin_distance_count", (n,))]
         fields += [(f"{name}s", f"{name}_count", (n, channels, side, side))
-                   for name, channels in (("depth", 1), ("normal", 3), ("mask", 1))
+                   for name, channels in (("depth", 1), ("normal", 3), ("mask", 1), ("plane", 5))
                    if name in self._maps]
         arrays: Dict[str, Floats] = {}
         for name, count, shape in fields:

@@ -96,11 +96,11 @@ class Model(Handle):
 
     def load(self, weights: Weights, *, graft: bool = False, take_rays: bool = False,
              from_depth: bool = False, from_normal: bool = False, from_mask: bool = False,
-             adapters: bool = False) -> None:
+             from_plane: bool = False, adapters: bool = False) -> None:
         """Load the parameters of a state dict, all or none.
 
         graft      widen the first convolution, and ignore tensors that the model lacks; from_depth,
-                   from_normal, from_mask: channels after RGB that the file's network had
+                   from_normal, from_mask, from_plane: channels after RGB that the file's network had
         take_rays  use the file's field of view
         adapters   the file has only adapters; other parameters stay
         Raises ShapeMismatch, InvalidArgument, InvalidState; the message names the tensor.
@@ -108,7 +108,8 @@ class Model(Handle):
         bits = _native.LoadFlags
         flags = flags_of((graft, bits.GRAFT), (take_rays, bits.TAKE_RAYS),
                          (from_depth, bits.FROM_DEPTH), (from_normal, bits.FROM_NORMAL),
-                         (from_mask, bits.FROM_MASK), (adapters, bits.ADAPTERS))
+                         (from_mask, bits.FROM_MASK), (from_plane, bits.FROM_PLANE),
+                         (adapters, bits.ADAPTERS))
         self._run(lib.splat_model_load, self.handle, weights.handle, flags)
 
     def store(self) -> Weights:
@@ -152,7 +153,7 @@ class Model(Handle):
                 tokens: Optional[ArrayLike] = None, seed: int = 0, step: int = 0) -> None:
         """Run the network on N = objects * views images.
 
-        images         [N,channels,R,R] RGB 0 to 1, depth, normal, mask, origin distance; None: take
+        images         [N,channels,R,R] RGB 0 to 1, depth, normal, mask, planes, origin distance; None: take
                        all inputs from the tensors of the model
         view_to_world  [N,4,4] row vectors: p_world = p_view M; None: the identity
         quaternions    [N,4] w, x, y, z of that rotation

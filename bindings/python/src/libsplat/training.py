@@ -194,7 +194,8 @@ class Batch:
     """One update's images and cameras: B objects with V input and T target images each.
 
     images [B*V,channels,R,R], view_to_world [B*V,4,4] row vectors, quaternions [B*V,4], focals
-    [B*V,2] where data.fov is 0, embedding, tokens; targets [B*T,3,R,R] and their `cameras`
+    [B*V,2] where data.fov is 0, embedding, tokens, planes [B*V,5,R,R] where opt.lambda_plane is
+    above 0; targets [B*T,3,R,R] and their `cameras`
     """
 
     __slots__ = ("raw", "__weakref__")
@@ -202,11 +203,11 @@ class Batch:
     def __init__(self, images: ArrayLike, targets: ArrayLike, cameras: Sequence[Camera], *,
                  view_to_world: ArrayLike, quaternions: ArrayLike,
                  focals: Optional[ArrayLike] = None, embedding: Optional[ArrayLike] = None,
-                 tokens: Optional[ArrayLike] = None) -> None:
+                 tokens: Optional[ArrayLike] = None, planes: Optional[ArrayLike] = None) -> None:
         self.raw = _native.splat_trainer_batch(struct_size=sizeof(_native.splat_trainer_batch))
         kept = set_arrays(
             self.raw, images=images, view_to_world=view_to_world, quaternions=quaternions,
-            focals=focals, embedding=embedding, tokens=tokens, targets=targets)
+            focals=focals, embedding=embedding, tokens=tokens, planes=planes, targets=targets)
         if kept[0].ndim == 4:
             self.raw.channels = kept[0].shape[1]
         self.raw.cameras = camera_array(cameras)
@@ -217,7 +218,7 @@ class Batch:
         """Take copies of the library's arrays."""
         raw, kept = self.raw, []
         for name in ("images", "view_to_world", "quaternions", "focals", "embedding", "tokens",
-                     "targets"):
+                     "planes", "targets"):
             pointer, count = getattr(raw, name), getattr(raw, f"{name}_count")
             if pointer and count:
                 kept.append(np.array(Memory(pointer, (count,), np.dtype(np.float32), True)))

@@ -99,6 +99,7 @@ pub const SPLAT_CO3D_STORED_POSES: u32 = 1;
 /** masks are required */ pub const SPLAT_DATA_MASK: u32 = 4;
 /** keep objects with missing files, for splat_dataset_check */ pub const SPLAT_DATA_LENIENT: u32 = 8;
 /** leave incomplete objects out; the log and the report name them */ pub const SPLAT_DATA_ALLOW_MISSING: u32 = 16;
+/** plane maps are required */ pub const SPLAT_DATA_PLANE: u32 = 32;
 
 /** an import of other tables in the folder is removed */ pub const SPLAT_IMPORT_REPLACE: u32 = 1;
 
@@ -279,6 +280,7 @@ pub const SPLAT_MODEL_RECOMPUTE: u32 = 8;
 /** the file's network had channels of normals; for GRAFT */ pub const SPLAT_LOAD_FROM_NORMAL: u32 = 8;
 /** the file's network had a mask channel; for GRAFT */ pub const SPLAT_LOAD_FROM_MASK: u32 = 16;
 /** the file has only adapters; other parameters stay */ pub const SPLAT_LOAD_ADAPTERS: u32 = 32;
+/** the file's network had channels of planes; for GRAFT */ pub const SPLAT_LOAD_FROM_PLANE: u32 = 64;
 
 /** What is exported of a model. */ pub type splat_export = i32;
 /// only adapters, with PEFT's names and shapes: for each layer base_model.model.\<layer\>.lora_A.weight and
@@ -463,11 +465,11 @@ pub type splat_raster_state = *mut splat_raster_state_s;
 pub type splat_weights = *mut splat_weights_s;
 
 #[repr(C)] pub struct splat_model_s { opaque: [u8; 0] }
-/// A network from images to Gaussians (Splatter Image, with depth, normal and mask channels, embeddings and low-rank
-/// adapters; LGM), with its parameters on a device. N = objects * views images of R x R pixels; M = views * S * S *
-/// model.head.per_pixel Gaussians per object, where S is R, or half of it for each level that model.up has fewer than
-/// model.down. The caller synchronises calls on one model. Keys: splat_config_keys; opt.freeze and
-/// opt.train_with_adapters, lists of parts of parameter names, choose what gets gradients.
+/// A network from images to Gaussians (Splatter Image, with channels of depth, normal, mask and planes, embeddings
+/// and low-rank adapters; LGM), with its parameters on a device. N = objects * views images of R x R pixels; M =
+/// views * S * S * model.head.per_pixel Gaussians per object, where S is R, or half of it for each level that
+/// model.up has fewer than model.down. The caller synchronises calls on one model. Keys: splat_config_keys;
+/// opt.freeze and opt.train_with_adapters, lists of parts of parameter names, choose what gets gradients.
 pub type splat_model = *mut splat_model_s;
 
 #[repr(C)] pub struct splat_module_s { opaque: [u8; 0] }
@@ -814,6 +816,11 @@ pub struct splat_dataset_views {
     pub quaternion_count: u64,
     pub focal_count: u64,
     pub origin_distance_count: u64,
+    /// \[n,5,R,R\] 0 to 1: (normal + 1) / 2 of the pixel's plane, in the camera's axes; its distance from the camera,
+    /// as a share of the farthest plane's; id, place / number of the view's planes, where place 1 has the most
+    /// pixels. All 0 where there is no plane
+    pub planes: *mut f32,
+    pub plane_count: u64,
 }
 
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
@@ -1281,7 +1288,7 @@ pub struct splat_predictor_info {
     /// 1: it takes pictures whole, as if SPLAT_PICTURE_WHOLE were set, over the background only where a mask or an
     /// alpha is given: its head takes the depth of each pixel, of a map in the proportion of the image
     pub whole: u32,
-    /** 0 */ pub reserved: u32,
+    /** 1: it takes planes, which only objects of data sets have: splat_predictor_predict_object */ pub plane: u32,
 }
 
 /// Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.
@@ -1422,8 +1429,8 @@ pub struct splat_model_input {
     /// images in the caller's layout, instead of `images`; the planes of an image may come from several pictures in
     /// turn, such as RGB, then depth: N pictures or a multiple
     pub pictures: *const splat_image,
-    /// \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance or head's depth; LGM's: RGB as ImageNet
-    /// normalises it, o x d and d of rays, y up, z back
+    /// \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, planes, origin distance or head's depth; LGM's: RGB as
+    /// ImageNet normalises it, o x d and d of rays, y up, z back
     pub images: *const f32,
     pub images_count: u64,
     /** \[N,4,4\] row vectors: p_world = p_view M; NULL: the identity */ pub view_to_world: *const f32,
@@ -1603,6 +1610,8 @@ pub struct splat_trainer_batch {
     pub cameras_count: u64,
     /** channels per input image, as in the configuration; 0: not checked */ pub channels: u32,
     /** B, as in the configuration; 0: not checked */ pub objects: u32,
+    /** \[B*V,5,R,R\] if opt.lambda_plane \> 0, else NULL; see splat_dataset_views */ pub planes: *const f32,
+    pub planes_count: u64,
 }
 
 /// What a step of a training did.
@@ -1627,6 +1636,8 @@ pub struct splat_trainer_info {
     pub reserved: u32,
     /** learning rate of this update, or of the one that was skipped */ pub rate: f64,
     /** loss of edges, mean over the batch; 0 unless opt.lambda_edge \> 0 */ pub edge_loss: f64,
+    /// Gaussians off their planes, mean over the batch, scene units squared; 0 unless opt.lambda_plane \> 0
+    pub plane_loss: f64,
 }
 
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
@@ -2530,13 +2541,15 @@ extern "C" {
 
     /// ```text
     /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
-    /// in folders depth, normal and mask of an object (also depths, normals, masks; CO3D's: depths.npy,
-    /// normals.npy, masks.npy), as images, .npy or .pfm files: vectors of normals, masks of 0 to 1; whole
-    /// numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled from
-    /// least to most. A transforms.json may name mask_path, depth_file_path (distances: their inverses
-    /// are scaled) and train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks,
-    /// alpha is the mask. Objaverse has no split "test", GSO none "train"; a folder without splits serves
-    /// any. The first opening of a split of tables imports it, as with out NULL.
+    /// in folders depth, normal, mask and plane of an object (also depths, normals, masks, planes; CO3D's:
+    /// depths.npy and so on), as images, .npy or .pfm files: vectors of normals, masks of 0 to 1; whole
+    /// numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled from least
+    /// to most. Planes have four channels as splat_planes_from_depth gives them; at another resolution they
+    /// are those of the nearest pixels. Tables and stores hold no planes.
+    /// A transforms.json may name mask_path, depth_file_path (distances: their inverses are scaled) and
+    /// train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks, alpha is the mask.
+    /// Objaverse has no split "test", GSO none "train"; a folder without splits serves any. The first
+    /// opening of a split of tables imports it, as with out NULL.
     /// A folder of a split is an object if it has any part of its format (SRN's: rgb, pose, intrinsics.txt);
     /// one that cannot be read is an error, and so is one that lacks a part, unless flags have LENIENT or
     /// ALLOW_MISSING. Other folders are not read; the log and the report name them.
@@ -2621,8 +2634,8 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its
-    /// resolution and over its background. Text of poses and intrinsics in SRN's files and tables is kept
+    /// Write objects of a data set with their cameras, images and all maps that it has but planes, as 8
+    /// bits at its resolution and over its background; a warning tells planes that are left out. Text of poses and intrinsics in SRN's files and tables is kept
     /// as it is. An export that a killed process began is continued: by file of 16 row groups or by object.
     /// export_<split>.json in the folder says what it holds, and for tables the CRC-32 of each file,
     /// which an import compares.
@@ -3306,9 +3319,10 @@ extern "C" {
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE (an array of `prediction` holds a part; the rest is done),
     ///   SPLAT_ERROR_INVALID_HANDLE, errors of files, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT   another count; a map, focal length, pose or array that the
-    ///                                  network needs and a picture lacks, or the other way round; maps
-    ///                                  of another size; an empty mask; pixels that do not fit,
-    ///                                  are not finite or not from 0 to 1 (splat_picture_source)
+    ///                                  network needs and a picture lacks, or the other way round; a
+    ///                                  network that takes planes; maps of another size; an empty mask;
+    ///                                  pixels that do not fit, are not finite or not from 0 to 1
+    ///                                  (splat_picture_source)
     ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
     /// ```
@@ -4853,10 +4867,11 @@ mod tests {
         layout!(splat_dataset_desc, 104, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; path: 16, 8; format: 24, 8;
         split: 32, 8; resolution: 40, 4; limit: 44, 4; cache_bytes: 48, 8; background: 56, 12; reserved: 68, 4;
         category: 72, 8; objects_file: 80, 8; excluded_file: 88, 8; views_file: 96, 8;);
-        layout!(splat_dataset_views, 136, 8, struct_size: 0, 4; reserved: 4, 4; images: 8, 8; depths: 16, 8; normals:
+        layout!(splat_dataset_views, 152, 8, struct_size: 0, 4; reserved: 4, 4; images: 8, 8; depths: 16, 8; normals:
         24, 8; masks: 32, 8; view_to_world: 40, 8; quaternions: 48, 8; focals: 56, 8; origin_distances: 64, 8;
         image_count: 72, 8; depth_count: 80, 8; normal_count: 88, 8; mask_count: 96, 8; view_to_world_count: 104, 8;
-        quaternion_count: 112, 8; focal_count: 120, 8; origin_distance_count: 128, 8;);
+        quaternion_count: 112, 8; focal_count: 120, 8; origin_distance_count: 128, 8; planes: 136, 8; plane_count:
+        144, 8;);
         layout!(splat_dataset_import_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; path: 16, 8; out: 24, 8;
         split: 32, 8; duckdb: 40, 8; shards: 48, 4; shard: 52, 4;);
         layout!(splat_dataset_export_desc, 80, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; path: 16, 8; layout: 24,
@@ -4922,7 +4937,7 @@ mod tests {
         convention: 68, 4;);
         layout!(splat_predictor_info, 80, 8, struct_size: 0, 4; views: 4, 4; resolution: 8, 4; channels: 12, 4; depth:
         16, 4; normal: 20, 4; mask: 24, 4; origin_distance: 28, 4; gaussians: 32, 8; sh_degree: 40, 4; background: 44,
-        12; fov_degrees: 56, 8; category: 64, 8; whole: 72, 4; reserved: 76, 4;);
+        12; fov_degrees: 56, 8; category: 64, 8; whole: 72, 4; plane: 76, 4;);
         layout!(splat_prediction, 96, 8, struct_size: 0, 4; camera_capacity: 4, 4; cameras: 8, 8; pictures: 16, 8;
         picture_capacity: 24, 4; camera_count: 28, 4; picture_count: 32, 4; reserved: 36, 4; inputs: 40, 8;
         input_capacity: 48, 8; gaussians: 56, 8; not_finite: 64, 8; faint: 72, 8; read_ms: 80, 8; network_ms: 88, 8;);
@@ -4968,14 +4983,15 @@ mod tests {
         layout!(splat_optimizer_info, 64, 8, struct_size: 0, 4; was_skipped: 4, 4; step: 8, 8; skipped: 16, 8; rate:
         24, 8; non_finite: 32, 8; gradients_zero: 40, 4; averaged: 44, 4; parameters: 48, 8; elements: 56, 8;);
         layout!(splat_trainer_desc, 24, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; config: 16, 8;);
-        layout!(splat_trainer_batch, 144, 8, struct_size: 0, 4; reserved: 4, 4; images: 8, 8; images_count: 16, 8;
+        layout!(splat_trainer_batch, 160, 8, struct_size: 0, 4; reserved: 4, 4; images: 8, 8; images_count: 16, 8;
         view_to_world: 24, 8; view_to_world_count: 32, 8; quaternions: 40, 8; quaternions_count: 48, 8; focals: 56, 8;
         focals_count: 64, 8; embedding: 72, 8; embedding_count: 80, 8; tokens: 88, 8; tokens_count: 96, 8; targets:
-        104, 8; targets_count: 112, 8; cameras: 120, 8; cameras_count: 128, 8; channels: 136, 4; objects: 140, 4;);
-        layout!(splat_trainer_info, 136, 8, struct_size: 0, 4; skipped: 4, 4; step: 8, 8; pairs: 16, 8; loss: 24, 8;
+        104, 8; targets_count: 112, 8; cameras: 120, 8; cameras_count: 128, 8; channels: 136, 4; objects: 140, 4;
+        planes: 144, 8; planes_count: 152, 8;);
+        layout!(splat_trainer_info, 144, 8, struct_size: 0, 4; skipped: 4, 4; step: 8, 8; pairs: 16, 8; loss: 24, 8;
         squared_error: 32, 8; pixel_loss: 40, 8; ssim: 48, 8; network_ms: 56, 8; render_ms: 64, 8; update_ms: 72, 8;
         lpips: 80, 8; visible: 88, 8; culled: 96, 8; non_finite: 104, 8; gradients_zero: 112, 4; reserved: 116, 4;
-        rate: 120, 8; edge_loss: 128, 8;);
+        rate: 120, 8; edge_loss: 128, 8; plane_loss: 136, 8;);
         layout!(splat_training_desc, 88, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; folder: 16, 8; config: 24, 8;
         values: 32, 8; value_count: 40, 8; dataset: 48, 8; validation: 56, 8; init: 64, 8; init_flags: 72, 4;
         reserved: 76, 4; group: 80, 8;);

@@ -60,6 +60,8 @@ pub struct DatasetViews<'a> {
     pub normals: Option<&'a mut [f32]>,
     /// `[n,1,R,R]` 0 to 1
     pub masks: Option<&'a mut [f32]>,
+    /// `[n,5,R,R]` 0 to 1: (normal + 1) / 2, distance and id of the pixel's plane; 0 without one
+    pub planes: Option<&'a mut [f32]>,
     /// `[n,16]` row vectors, OpenCV axes; the world is the frame of the first view
     pub view_to_world: Option<&'a mut [f32]>,
     /// `[n,4]` w x y z of that rotation, w >= 0
@@ -148,6 +150,7 @@ impl Dataset {
         let (depths, depth_count) = array_mut("depths", out.depths.as_deref_mut())?;
         let (normals, normal_count) = array_mut("normals", out.normals.as_deref_mut())?;
         let (masks, mask_count) = array_mut("masks", out.masks.as_deref_mut())?;
+        let (planes, plane_count) = array_mut("planes", out.planes.as_deref_mut())?;
         let (view_to_world, view_to_world_count) =
             array_mut("view_to_world", out.view_to_world.as_deref_mut())?;
         let (quaternions, quaternion_count) =
@@ -172,6 +175,8 @@ impl Dataset {
             quaternion_count,
             focal_count,
             origin_distance_count,
+            planes,
+            plane_count,
             ..Default::default()
         };
         let length = count("views", views.len())?;

@@ -41,7 +41,7 @@ pub struct ModelInput<'a> {
     pub objects: u32,
     /// N images or a multiple, whose channels follow each other, instead of `images`.
     pub pictures: &'a [ImageView<'a>],
-    /// `[N,channels,R,R]`: RGB 0 to 1, depth, normal, mask, origin distance
+    /// `[N,channels,R,R]`: RGB 0 to 1, depth, normal, mask, planes, origin distance
     pub images: Option<&'a [f32]>,
     /// `[N,4,4]` row vectors: p_world = p_view M; None: the identity
     pub view_to_world: Option<&'a [f32]>,

@@ -28,6 +28,8 @@ pub struct TrainerBatch<'a> {
     pub embedding: Option<&'a [f32]>,
     /// `[B*V,token_dim,tokens]`
     pub tokens: Option<&'a [f32]>,
+    /// `[B*V,5,R,R]`; None unless opt.lambda_plane is above 0
+    pub planes: Option<&'a [f32]>,
     /// `[B*T,3,R,R]`
     pub targets: Option<&'a [f32]>,
     /// B*T, of R x R pixels
@@ -64,6 +66,7 @@ impl<'a> TrainerBatch<'a> {
                 focals: slice(raw.focals, raw.focals_count),
                 embedding: slice(raw.embedding, raw.embedding_count),
                 tokens: slice(raw.tokens, raw.tokens_count),
+                planes: slice(raw.planes, raw.planes_count),
                 targets: slice(raw.targets, raw.targets_count),
                 cameras: slice(raw.cameras.cast(), raw.cameras_count),
                 channels: raw.channels,
@@ -79,6 +82,7 @@ impl<'a> TrainerBatch<'a> {
         let (focals, focals_count) = array("focals", self.focals)?;
         let (embedding, embedding_count) = array("embedding", self.embedding)?;
         let (tokens, tokens_count) = array("tokens", self.tokens)?;
+        let (planes, planes_count) = array("planes", self.planes)?;
         let (targets, targets_count) = array("targets", self.targets)?;
         let (cameras, cameras_count) = array("cameras", self.cameras)?;
         Ok(sys::splat_trainer_batch {
@@ -100,6 +104,8 @@ impl<'a> TrainerBatch<'a> {
             cameras_count,
             channels: self.channels,
             objects: self.objects,
+            planes,
+            planes_count,
             ..Default::default()
         })
     }

@@ -145,6 +145,7 @@ flags! {
         /** keep objects with missing files, for `Dataset::check` */ LENIENT = SPLAT_DATA_LENIENT,
         /// leave incomplete objects out; the log and the report name them
         ALLOW_MISSING = SPLAT_DATA_ALLOW_MISSING,
+        /** plane maps are required */ PLANE = SPLAT_DATA_PLANE,
     }
 }
 
@@ -441,6 +442,7 @@ flags! {
         /** the file's network had channels of normals; for GRAFT */ FROM_NORMAL = SPLAT_LOAD_FROM_NORMAL,
         /** the file's network had a mask channel; for GRAFT */ FROM_MASK = SPLAT_LOAD_FROM_MASK,
         /** the file has only adapters; other parameters stay */ ADAPTERS = SPLAT_LOAD_ADAPTERS,
+        /** the file's network had channels of planes; for GRAFT */ FROM_PLANE = SPLAT_LOAD_FROM_PLANE,
     }
 }
 
@@ -889,6 +891,8 @@ output! {
         /// true: it takes pictures whole, as if `PictureFlags::WHOLE` were set, over the background only where a mask
         /// or an alpha is given: its head takes the depth of each pixel, of a map in the proportion of the image
         whole: bool = raw.whole != 0,
+        /// true: it takes planes, which only objects of data sets have: `Predictor::predict_object`
+        plane: bool = raw.plane != 0,
     }
 }
 
@@ -930,6 +934,8 @@ output! {
         gradients_zero: bool = raw.gradients_zero != 0,
         /** learning rate of this update, or of the one that was skipped */ rate: f64 = raw.rate,
         /** loss of edges, mean over the batch; 0 unless opt.lambda_edge \> 0 */ edge_loss: f64 = raw.edge_loss,
+        /// Gaussians off their planes, mean over the batch, scene units squared; 0 unless opt.lambda_plane \> 0
+        plane_loss: f64 = raw.plane_loss,
     }
 }
 
