@@ -135,12 +135,6 @@ Status ScenePlanes::forward(const PlaneMembers& planes) {
 
 Status Trainer::build_planes() {
     if (config_.plane_weight == 0) return {};
-    if (config_.cycle_every > 0)
-        return invalid(
-            "'opt.lambda_plane' is %g and 'opt.cycle.every' %llu: drawn views have no maps of "
-            "planes; "
-            "expected one of them to be 0",
-            config_.plane_weight, llu(config_.cycle_every));
     for (std::uint32_t slot = 0; slot < config_.micro_batch; ++slot) {
         SPLAT_ASSIGN(ScenePlanes made,
                      ScenePlanes::create(context_, model_->config(), model_->set(slot),

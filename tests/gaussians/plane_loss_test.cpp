@@ -29,7 +29,10 @@ PlaneLossInput make_input(const std::vector<std::size_t>& sizes, std::uint64_t s
     Rng rng(seed);
     const auto unit = [&](auto& v) {
         double size = 0;
-        for (double& x : v) size += (x = rng.normal()) * x;
+        for (double& x : v) {
+            x = rng.normal();
+            size += x * x;
+        }
         for (double& x : v) x = static_cast<double>(static_cast<float>(x / std::sqrt(size)));
     };
     in.gaussians = 7;
@@ -85,7 +88,7 @@ Computed compute(vk::Context& context, const PlaneLossInput& in, float grad_loss
     members.resize(in.gaussians, ~0U);
     const auto planes = static_cast<std::uint32_t>(in.members.size());
     const auto count = static_cast<std::uint32_t>(in.gaussians);
-    const vk::Buffer set = upload(context, {in.packed.begin(), in.packed.end()});
+    const vk::Buffer set = upload(context, std::vector<float>(in.packed.begin(), in.packed.end()));
     const vk::Buffer grad = upload(context, std::vector<float>(in.packed.size(), 1));
     const vk::Buffer member = upload(context, members), begin = upload(context, begins);
     const vk::Buffer normal = upload(context, normals);
@@ -108,7 +111,9 @@ void expect_matches(vk::Context& context, const PlaneLossInput& in) {
     const auto expected = ref::plane_loss(in, 0.7);
     Computed got = compute(context, in, 0.7F);
     for (std::size_t i = 0; i < got.grad.size(); ++i) {
-        if (expected.grad.magnitude[i] == 0) EXPECT_EQ(got.grad[i], 1.0F) << i;
+        if (expected.grad.magnitude[i] == 0) {
+            EXPECT_EQ(got.grad[i], 1.0F) << i;
+        }
     }
     EXPECT_TRUE(
         within_bound(got.loss, expected.loss, tolerance("plane_loss", "loss"), {"loss", ""}));

@@ -56,10 +56,7 @@ TEST(PlaneMembers, BadChannelsAreRefused) {
 
 class TrainerPlanes : public TrainerTest {
   protected:
-    TrainerPlanes() {
-        training_.plane_weight = 20;
-        training_.batch_size = 4;
-    }
+    TrainerPlanes() { training_.plane_weight = 20; }
     model::ModelConfig network_ = small_network();
     TrainConfig training_ = small_training();
 };
@@ -73,16 +70,16 @@ TEST_P(TrainerPlanes, GaussiansComeToTheirPlanes) {
     EXPECT_GT(first.loss.of("plane"), 0);
     EXPECT_NEAR(first.loss.total, first.loss.pixel + 20 * first.loss.of("plane"), 1e-9);
     TrainStep last;
-    for (int i = 0; i < 30; ++i) last = run(*trainer, batch);
+    for (int i = 0; i < 15; ++i) last = run(*trainer, batch);
     EXPECT_LT(last.loss.of("plane"), 0.8 * first.loss.of("plane"));
 }
 
-/// Passes of one, two and four objects, of two Gaussians a pixel and two views: one loss.
+/// Passes of one and of two objects, of two Gaussians a pixel and two views: one loss.
 TEST_P(TrainerPlanes, PassesAgree) {
     network_.views = 2;
     network_.per_pixel = 2;
     double one = 0;
-    for (const std::uint32_t objects : {1U, 2U, 4U}) {
+    for (const std::uint32_t objects : {1U, 2U}) {
         training_.micro_batch = objects;
         const auto trainer = make(network_, training_);
         Batch batch(network_, training_);
@@ -93,11 +90,11 @@ TEST_P(TrainerPlanes, PassesAgree) {
         batch.quaternions.clear();
         batch.planes.clear();
         const auto twice = [](std::vector<float>& to, const std::vector<float>& from) {
-            for (std::size_t i = 0; i < 4; ++i)
+            for (std::size_t i = 0; i < 2; ++i)
                 for (int view = 0; view < 2; ++view)
                     to.insert(
-                        to.end(), from.begin() + static_cast<std::ptrdiff_t>(i * from.size() / 4),
-                        from.begin() + static_cast<std::ptrdiff_t>((i + 1) * from.size() / 4));
+                        to.end(), from.begin() + static_cast<std::ptrdiff_t>(i * from.size() / 2),
+                        from.begin() + static_cast<std::ptrdiff_t>((i + 1) * from.size() / 2));
         };
         twice(batch.images, images);
         twice(batch.poses, poses);
@@ -117,14 +114,14 @@ TEST_P(TrainerPlanes, WhatDoesNotFitIsRefused) {
     TrainStep step;
     const std::vector<float> planes = std::exchange(batch.planes, {});
     EXPECT_ERROR(trainer->step(batch.view(), step), Code::kShape,
-                 "planes has 0 numbers, expected 1280");
+                 "planes has 0 numbers, expected 640");
     batch.planes = planes;
     batch.planes[4 * 64 + 1] = std::numeric_limits<float>::quiet_NaN();
     EXPECT_ERROR(trainer->step(batch.view(), step), Code::kInvalidArgument,
                  "planes of input view 0");
     training_.plane_weight = 0;
     EXPECT_ERROR(make(network_, training_)->step(batch.view(), step), Code::kShape,
-                 "planes has 1280 numbers, expected 0");
+                 "planes has 640 numbers, expected 0");
 }
 
 }  // namespace

@@ -111,7 +111,7 @@ splat_trainer_info api::info_of(const train::TrainStep& step) {
     info.render_ms = 1e3 * step.render_seconds;
     info.update_ms = 1e3 * step.update_seconds;
     info.edge_loss = step.loss.of("edge");
-    info.plane_loss = step.loss.plane;
+    info.plane_loss = step.loss.of("plane");
     info.lpips = step.loss.of("lpips");
     return info;
 }
