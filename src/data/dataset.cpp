@@ -9,7 +9,7 @@
 #include "core/shown.h"
 #include "data/folder.h"
 #include "data/formats.h"
-#include "data/plane_channels.h"
+#include "data/planes/plane_channels.h"
 #include "data/relative_pose.h"
 #include "io/folder.h"
 #include "tables/store.h"

@@ -8,7 +8,7 @@
 
 #include "core/os/path.h"
 #include "data/depth_range.h"
-#include "data/plane_channels.h"
+#include "data/planes/plane_channels.h"
 #include "predict/head_depths.h"
 #include "predict/lgm_views.h"
 #include "scene/camera_pose.h"

@@ -1,4 +1,5 @@
 // Data sets through the C API. Needs no device.
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -56,6 +57,42 @@ TEST(ApiDataset, GivesAllArraysOfViews) {
     ASSERT_DONE(splat_dataset_read(dataset, 1, views, 2, &few));
     EXPECT_EQ(again.masks, arrays.masks);
     EXPECT_EQ(again.images.front(), -1);
+}
+
+/// A struct of the first version has no planes.
+TEST(ApiDataset, GivesPlanesToThoseWhoKnowThem) {
+    const Temporary folder;
+    const splat_synthetic_desc cars = synthetic_desc(folder.c_str());
+    std::vector<std::uint8_t> pixels(std::size_t{4} * 64);
+    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = i % 4 == 3 ? 255 : i < 100 ? 7 : 9;
+    const splat_image map = packed_image(pixels, 8, 8, 4);
+    for (std::uint32_t object = 0; object < 2; ++object) {
+        ASSERT_DONE(splat_synthetic_write(&cars, object));
+        const std::filesystem::path planes =
+            folder.path() + "/srn_cars/cars_train/00000" + std::to_string(object) + "_car/plane";
+        std::filesystem::create_directories(planes);
+        for (const char* name : {"000000.png", "000001.png", "000002.png"})
+            ASSERT_DONE(splat_image_save((planes / name).string().c_str(), &map));
+    }
+    splat_dataset_desc desc = dataset_desc();
+    desc.path = folder.c_str();
+    desc.flags = SPLAT_DATA_PLANE;
+    const Dataset dataset = got(splat_dataset_open, &desc);
+    Floats planes(2 * 5 * 64 + 1, -1);
+    auto out = sized<splat_dataset_views>();
+    out.planes = planes.data();
+    out.plane_count = planes.size() - 1;
+    const std::uint32_t views[] = {0, 1};
+    ASSERT_DONE(splat_dataset_read(dataset, 0, views, 2, &out));
+    EXPECT_EQ(planes[0], 7 / 255.0F);
+    EXPECT_EQ(planes[3 * 64], 1) << "the distance";
+    EXPECT_EQ(planes[4 * 64], 1) << "the smaller of two planes";
+    EXPECT_EQ(planes[4 * 64 + 63], 0.5F);
+    EXPECT_EQ(planes.back(), -1) << "beyond the end";
+    planes.assign(planes.size(), -1);
+    out.struct_size = offsetof(splat_dataset_views, planes);
+    EXPECT_DONE(splat_dataset_read(dataset, 0, views, 2, &out));
+    EXPECT_EQ(planes.front(), -1);
 }
 
 TEST(ApiDataset, TellsWhatItHolds) {

@@ -142,7 +142,17 @@ TEST_F(ApiTrainer, ComparesTheBatchWithItsConfiguration) {
     batch.focals = batch.quaternions;
     refused(kArgument, "splat_trainer_batch.focals is given, expected NULL");
     batch.focals = nullptr;
+    batch.planes = batch.images;
+    refused(kArgument,
+            "splat_trainer_batch.planes is given, expected NULL: the configuration has "
+            "opt.lambda_plane 0");
+    batch.planes = nullptr;
+    batch.planes_count = 10;
+    refused(kArgument, "splat_trainer_batch.planes is NULL, but planes_count is 10");
+    batch.struct_size = offsetof(splat_trainer_batch, planes);  // of a caller who knows no planes
     EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
+    batch.struct_size = sizeof batch;
+    batch.planes_count = 0;
     batch.targets_count = 10;
     refused(kShape, "splat_trainer_batch.targets has 10 numbers, expected 3072: [4, 3, 16, 16]");
     batch.targets_count = 3072;
@@ -151,6 +161,7 @@ TEST_F(ApiTrainer, ComparesTheBatchWithItsConfiguration) {
     batch.cameras_count = 4;
     EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
     EXPECT_EQ(info.step, 2U);
+    EXPECT_EQ(info.plane_loss, 0);
 }
 
 /// What a step saw: Gaussians in front of the cameras, and with the cameras turned away.

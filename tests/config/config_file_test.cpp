@@ -84,7 +84,7 @@ TEST(ModelConfigFile, RefusesAdaptersOfRankZero) {
 TEST(ModelConfigFile, GoesRound) {
     for (const char* text :
          {"{}", "opt: {freeze: ['a \"b\"', norm]}\n",
-          "data: {fov: 30.5, use_mask: true, input_images: 2}\n"
+          "data: {fov: 30.5, use_mask: true, use_pred_plane: true, input_images: 2}\n"
           "cam_embd: {embedding: pose, dimension: 4, film: affine}\n"
           "model: {base_dim: 8, channel_mult: [1, 3], network_without_offset: true}\n"
           "opt: {lora_finetune: true, lora_alpha: 3, train_with_adapters: [x16_conv.]}\n"}) {
@@ -93,6 +93,7 @@ TEST(ModelConfigFile, GoesRound) {
         const auto again = need(read_network(written));
         EXPECT_EQ(config::config_text(again), written) << text;
         EXPECT_EQ(again.frozen, config.frozen);
+        EXPECT_EQ(again.plane, config.plane);
         EXPECT_EQ(again.lora.trained, config.lora.trained);
     }
 }

@@ -168,6 +168,9 @@ TEST(ConfigEffects, GraftedChannelsThatCannotLearnAreNamed) {
     EXPECT_EQ(warnings(priors + "opt: {lora_finetune: true, lora_targets: [128x128_conv]}").size(),
               0U);
     EXPECT_EQ(warnings(priors).size(), 0U) << "all parameters are trained";
+    const auto planes = warnings("data: {use_pred_plane: true}\nopt: {lora_finetune: true}");
+    ASSERT_EQ(planes.size(), 1U);
+    EXPECT_HAS(planes[0], "mask or planes that are grafted");
     for (const char* freeze : {"{freeze: [128x128_conv]}", "{freeze: [network_with_offset.enc]}",
                                "{freeze: [128x128_conv], lora_finetune: true,\n"
                                "  train_with_adapters: [128x128_conv]}"}) {

@@ -80,6 +80,7 @@ TEST(LgmConfig, RefusesWhatItHasNoPlaceFor) {
     };
     refused("data.use_pred_depth=true", "'data.use_pred_depth' asks for what");
     refused("data.use_mask=true", "'data.use_mask' asks for what");
+    refused("data.use_pred_plane=true", "'data.use_pred_plane' asks for what");
     refused("cam_embd.embedding=pose", "'cam_embd.embedding' asks for what");
     refused("opt.lora_finetune=true",
             "'opt.lora_finetune' asks for what 'model.network' lgm_unet does not have");

@@ -19,6 +19,9 @@ TEST(ModelConfigRules, CountsChannels) {
     EXPECT_EQ(c.image_channels(), 8U);
     c.origin_distance = true;
     EXPECT_EQ(c.input_channels(), 9U);
+    c.plane = true;
+    EXPECT_EQ(c.image_channels(), 13U);
+    EXPECT_EQ(c.input_channels(), 14U);
     c.sh_degree = 0;
     EXPECT_EQ(c.output_channels(), 15U);
     c.offset = false;

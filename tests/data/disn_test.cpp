@@ -152,7 +152,7 @@ TEST(Disn, EasyAndHardViewsHaveTheirCamerasAndMaps) {
     EXPECT_EQ(set->index().format, "disn");
     EXPECT_EQ(set->index().names, std::vector<std::string>{"03001627_1a2b"});
     EXPECT_EQ(set->index().views_of, std::vector<std::uint32_t>{8});
-    EXPECT_EQ(set->index().maps, data::kAllMaps);
+    EXPECT_EQ(set->index().maps, data::kAllMaps & ~data::flag_of(MapKind::kPlane));
     EXPECT_FALSE(set->index().has_splits);
     EXPECT_EQ(set->resolution(), kSide);
     const auto views = need(set->reader().cameras(0));

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 using namespace test;
 
 struct ReadMaps {
-    std::vector<float> images, depths, normals, masks;
+    std::vector<float> images, depths, normals, masks, planes;
 };
 
 /// All views of the first object.
@@ -26,23 +26,32 @@ ReadMaps read_maps(Dataset& dataset, bool depths = true) {
     const std::size_t area = n * dataset.resolution() * dataset.resolution();
     std::vector<std::uint32_t> views(n);
     for (std::uint32_t i = 0; i < n; ++i) views[i] = i;
-    ReadMaps maps{std::vector<float>(3 * area), std::vector<float>(area),
-                  std::vector<float>(3 * area), std::vector<float>(area)};
+    ReadMaps maps{std::vector<float>(3 * area),
+                  std::vector<float>(area),
+                  std::vector<float>(3 * area),
+                  std::vector<float>(area),
+                  {}};
     ViewArrays out{.images = maps.images.data(), .masks = maps.masks.data()};
     if (depths) {
         out.depths = maps.depths.data();
         out.normals = maps.normals.data();
     }
+    if ((dataset.index().maps & flag_of(MapKind::kPlane)) != 0) {
+        maps.planes.resize(5 * area);
+        out.planes = maps.planes.data();
+    }
     EXPECT_OK(dataset.read(0, views, out));
     return maps;
 }
 
-/// Maps of two views of 8 x 8 pixels: sample i of depth, normal and mask starts at 30, 60 and 90.
+/// Maps of two views of 8 x 8 pixels: sample i of depth, normal, mask and plane starts at 30, 60, 90 and 120; planes
+/// have the distance 200.
 void put_maps(const fs::path& object, const std::vector<std::string>& stems) {
     for (std::uint32_t view = 0; view < stems.size(); ++view) {
         put_image(object / "depth" / (stems[view] + ".png"), 8, 1, 30 + view);
         put_image(object / "normal" / (stems[view] + ".png"), 8, 3, 60 + view);
         put_image(object / "mask" / (stems[view] + ".png"), 8, 1, 90 + view);
+        put_image(object / "plane" / (stems[view] + ".png"), 8, 4, 120 + view, 200);
     }
 }
 
@@ -55,6 +64,9 @@ void expect_maps(const fs::path& root, const std::string& split = "train") {
     EXPECT_EQ(maps.depths[64 + 9], 51.0F / 255) << "view 1, row 1, column 1";
     EXPECT_EQ(maps.normals[64], 61.0F / 255) << "channel 1";
     EXPECT_EQ(maps.masks[64], 91.0F / 255);
+    EXPECT_EQ(maps.planes[64], 121.0F / 255) << "normal y, over no background";
+    EXPECT_EQ(maps.planes[3 * 64 + 5], 200.0F / 255) << "distance";
+    EXPECT_EQ(maps.planes[5 * 64], 121.0F / 255) << "view 1";
     EXPECT_TRUE(need(check_object(*dataset, 0)).problems.empty());
 }
 
@@ -109,10 +121,13 @@ TEST(Maps, OfCo3d) {
     EXPECT_EQ(masked->index().maps, flag_of(MapKind::kMask) | flag_of(MapKind::kNormal));
     EXPECT_EQ(read_maps(*masked, false).masks[64], 153.0F / 255);
     put_npy(sequence / "depths.npy", {2, 1, 8, 8}, plane);
+    put_npy(sequence / "planes.npy", {2, 4, 8, 8}, std::vector<float>(512, 0.8F));
     const auto all = open_data(folder.path());
     EXPECT_EQ(all->index().maps, kAllMaps);
     EXPECT_EQ(read_maps(*all).depths[0], 51.0F / 255);
     EXPECT_EQ(read_maps(*all).normals[0], 102.0F / 255);
+    EXPECT_EQ(read_maps(*all).planes[0], 204.0F / 255);
+    EXPECT_EQ(read_maps(*all).planes[4 * 64], 1) << "one plane";
     put_npy(sequence / "depths.npy", {3, 1, 8, 8}, std::vector<float>(192));
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "depths.npy': 3 frames, expected 2 as the images");
@@ -181,7 +196,7 @@ TEST(Maps, OfArrays) {
         put_npy(object / "mask" / stem, {8, 8}, ramp(64, 0, 1.0F / 63));
     }
     const auto dataset = open_data(folder.path());
-    EXPECT_EQ(dataset->index().maps, kAllMaps);
+    EXPECT_EQ(dataset->index().maps, kAllMaps & ~flag_of(MapKind::kPlane));
     const ReadMaps maps = read_maps(*dataset);
     for (std::size_t i = 0; i < 64; ++i) {
         const float expected = std::round(255 * static_cast<float>(i) / 63) / 255;
@@ -251,7 +266,7 @@ TEST(Maps, OfOtherTypesAndOrders) {
     fs::copy(object / "normal/000000.npy", object / "normal/000001.npy");
     put_text(object / "mask/000001.pgm", pgm);
     const auto dataset = open_data(folder.path());
-    EXPECT_EQ(dataset->index().maps, kAllMaps);
+    EXPECT_EQ(dataset->index().maps, kAllMaps & ~flag_of(MapKind::kPlane));
     const ReadMaps maps = read_maps(*dataset);
     for (std::size_t i = 0; i < 64; ++i) {
         const std::size_t turned = i % 8 * 8 + i / 8;
@@ -336,7 +351,7 @@ TEST(Maps, MayHavePluralFoldersAndWholeNames) {
     put_text(scene / "transforms.json", kCamera);
     for (const char* name : {"a.png", "b.png"}) put_image(scene / "images" / name, 8, 3);
     put_maps(scene, {"a", "b"});
-    for (const char* kind : {"depth", "normal", "mask"})
+    for (const char* kind : {"depth", "normal", "mask", "plane"})
         fs::rename(scene / kind, scene / (std::string(kind) + "s"));
     fs::rename(scene / "masks/a.png", scene / "masks/a.png.png");  // COLMAP names them so
     expect_maps(folder.path());

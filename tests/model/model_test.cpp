@@ -226,7 +226,7 @@ TEST_P(ModelRules, ANetworkWithoutOffsetHasItsName) {
 /// New channels of a widened network have no influence, whatever they hold, until it is trained.
 TEST_P(ModelRules, GraftsByMeaning) {
     ModelConfig narrow = small_config();
-    narrow.normal = true;
+    narrow.normal = narrow.plane = true;
     ModelConfig wide = narrow;
     wide.depth = wide.mask = true;
     const auto from = make(narrow);
@@ -245,16 +245,17 @@ TEST_P(ModelRules, GraftsByMeaning) {
     ASSERT_OK(model::load_state(*to, state, options, report));
     ASSERT_EQ(report.widened.size(), 1U);
 
-    const Inputs seven(wide);
-    Inputs six(narrow);
+    const Inputs thirteen(wide);
+    Inputs eleven(narrow);
     const std::size_t plane = std::size_t{wide.resolution} * wide.resolution;
     const auto put = [&](std::size_t to_plane, std::size_t from_plane) {
-        std::copy_n(seven.images.begin() + static_cast<std::ptrdiff_t>(from_plane * plane), plane,
-                    six.images.begin() + static_cast<std::ptrdiff_t>(to_plane * plane));
+        std::copy_n(thirteen.images.begin() + static_cast<std::ptrdiff_t>(from_plane * plane),
+                    plane, eleven.images.begin() + static_cast<std::ptrdiff_t>(to_plane * plane));
     };
     for (std::size_t c = 0; c < 3; ++c) put(c, c);          // RGB
     for (std::size_t c = 0; c < 3; ++c) put(3 + c, 4 + c);  // normals behind the depth
-    EXPECT_LE(relative_l2(run(*to, seven), run(*from, six)), 1e-6);
+    for (std::size_t c = 0; c < 5; ++c) put(6 + c, 8 + c);  // planes behind the mask
+    EXPECT_LE(relative_l2(run(*to, thirteen), run(*from, eleven)), 1e-6);
 }
 
 TEST_P(ModelRules, RefusesStatesOfOtherNetworks) {

@@ -238,6 +238,9 @@ TEST(Pictures, RefusesWhatTheNetworkDoesNotTake) {
     input.origin_distance = -1;
     expect_refused(config, input, "the origin distance is -1");
     config = network();
+    config.plane = true;
+    expect_refused(config, input_of(picture()), "an object of a data set instead");
+    config = network();
     config.fov_degrees = 0;
     input = input_of(picture());
     expect_refused(config, input, "a focal length is missing");

@@ -102,6 +102,51 @@ TEST_F(ViewSourceTest, ReadsImagesInputsAndCamerasOfTheViews) {
     }
 }
 
+TEST_F(ViewSourceTest, PlanesAreForTheNetworkForALossOrForBoth) {
+    const std::uint32_t numbers[] = {1, 0, 2};
+    test::put_planes(desc_.path);
+    settings_.network.mask = true;
+    const Views none = need(open()->read(0, numbers, 2));
+    EXPECT_TRUE(none.planes.empty());
+    settings_.network.plane = true;
+    const auto source = open();
+    const Views seen = need(source->read(0, numbers, 2));
+    EXPECT_TRUE(seen.planes.empty()) << "no loss takes them";
+    const std::size_t area = std::size_t{16} * 16;
+    std::vector<float> planes(2 * 5 * area);
+    ASSERT_OK(source->dataset().read(0, std::span(numbers).first(2), {.planes = planes.data()}));
+    ASSERT_EQ(seen.inputs.size(), 2 * 9 * area);
+    for (std::size_t view = 0; view < 2; ++view) {
+        const float* const input = seen.inputs.data() + view * 9 * area;
+        EXPECT_TRUE(std::equal(input, input + 4 * area, none.inputs.data() + view * 4 * area));
+        EXPECT_TRUE(
+            std::equal(input + 4 * area, input + 9 * area, planes.data() + view * 5 * area));
+    }
+    settings_.training.plane_weight = 0.1;
+    EXPECT_EQ(need(open()->read(0, numbers, 2)).planes, planes) << "of the input views";
+    settings_.network.plane = false;
+    const Views both = need(open()->read(0, numbers, 2));
+    EXPECT_EQ(both.planes, planes);
+    EXPECT_EQ(both.inputs, none.inputs);
+    const auto plain = need(ViewSource::open(without_map_losses(settings_), "", "train"));
+    EXPECT_TRUE(need(plain->read(0, numbers, 2)).planes.empty());
+}
+
+TEST_F(ViewSourceTest, PlanesOfALossMustBeThere) {
+    settings_.training.plane_weight = 0.1;
+    EXPECT_ERROR(ViewSource::open(settings_, "", "train"), Code::kNotFound,
+                 "maps requested: plane");
+    EXPECT_ERROR(
+        ViewSource::open(settings_, dataset({1, 1, 1})), Code::kInvalidArgument,
+        "no plane maps for every object, which the configuration's opt.lambda_plane takes: "
+        "'vkrun priors plane' makes them");
+    settings_.training.stages.resize(2);
+    settings_.training.stages[1].plane_weight = 0.1;
+    EXPECT_ERROR(ViewSource::open(settings_, "", "train"), Code::kNotFound,
+                 "maps requested: plane");
+    EXPECT_OK(ViewSource::open(without_map_losses(settings_), "", "train"));
+}
+
 TEST_F(ViewSourceTest, LargerIsNearerWhateverPicturesHave) {
     settings_.network.positions = kHeadInputDepth;
     const std::uint32_t numbers[] = {0};

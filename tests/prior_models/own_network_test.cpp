@@ -71,7 +71,8 @@ TEST(OwnNetwork, TakesThePlaceOfOnnxRuntime) {
     EXPECT_EQ(model->network().runtime_version(), "");
     io::Image picture{40, 30, 3, 8, std::vector<std::uint16_t>(std::size_t{3} * 40 * 30, 99)};
     WantedMaps wanted;
-    for (const MapKind map : data::kMaps) wanted[map] = MapForm::kModels;
+    for (const MapKind map : {MapKind::kDepth, MapKind::kNormal, MapKind::kMask})
+        wanted[map] = MapForm::kModels;
     const auto maps = need(model->run({&picture, 1}, {&wanted, 1}));
     const PriorMap& depth = *maps[0][MapKind::kDepth];
     EXPECT_NEAR(depth.focal, WallNetwork::kFocal, 0.05);

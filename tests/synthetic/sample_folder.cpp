@@ -70,4 +70,12 @@ void write_all(const synthetic::WriterDesc& desc) {
     for (std::uint32_t i = 0; i < count; ++i) ASSERT_OK(synthetic::write_object(desc, i));
 }
 
+void put_planes(const fs::path& root) {
+    std::vector<fs::path> images;
+    for (const auto& entry : fs::recursive_directory_iterator(root))
+        if (entry.path().parent_path().filename() == "rgb") images.push_back(entry.path());
+    for (const fs::path& image : images)
+        put_image(image.parent_path().parent_path() / "plane" / image.filename(), 16, 4);
+}
+
 }  // namespace splat::test

@@ -1727,6 +1727,38 @@ function(PlanesAreMadeAndScored)
   expect_json("${out}" 2 made)
 endfunction()
 
+# Planes of larger pictures, as channels of a network; and what is told where there are none.
+function(PlanesAreChannels)
+  vkrun(0 data synth ${TEMP}/data --class chairs --objects 3 --val 1 --test 1 --views 4 --test-views 5 --size 32)
+  set(data ${TEMP}/data/srn_chairs)
+  set(train train --data ${TEMP}/data --out ${TEMP}/run ${small_training} --set data.category=chairs
+            --set data.use_pred_plane=true --set opt.iterations=2)
+  vkrun(4 ${train})
+  expect("${err}" "maps requested: plane" "chairs_train/000000_chair/plane'" "'vkrun priors plane' makes those of")
+  vkrun(0 priors plane ${data} --distances 1.25 2.75 --normals --out ${data})
+  vkrun(0 data check ${TEMP}/data)
+  expect("${out}" "train \\(srn\\): 3 objects[^\n]*maps: depth normal mask plane; 0 problems")
+  vkrun(0 data show ${TEMP}/data --out ${TEMP}/sheet.png --objects 1 --views 1 --json)
+  expect_json("${out}" 160 width)
+  vkrun(0 ${train} --json)
+  expect_json("${out}" 2 step)
+  set(weights ${TEMP}/run/weights_last.safetensors)
+  vkrun(0 eval ${weights} --data ${TEMP}/data --out ${TEMP}/eval --json)
+  expect_range("${out}" 1 60 novel psnr)
+  vkrun(0 predict --data ${TEMP}/data --object 0 --weights ${weights} --views 2 --out ${TEMP}/object --json)
+  vkrun(2 predict ${TEMP}/object/input.png --weights ${weights} --out ${TEMP}/none)
+  expect("${err}" "the network takes planes .data.use_pred_plane.*predict from --data")
+  # Weights without planes are grafted, those with them too where they are named.
+  set(wide --data ${TEMP}/data ${small_training} --set data.category=chairs --set data.use_pred_plane=true
+           --set data.use_mask=true --set opt.iterations=2)
+  vkrun(0 train --out ${TEMP}/wide ${wide} --init ${weights} --init-channels plane --json)
+  expect_json("${out}" 2 step)
+  vkrun(2 train --out ${TEMP}/none ${wide} --init ${weights} --init-channels planes)
+  expect("${err}" "'planes' is unknown, expected depth, normal, mask or plane")
+  vkrun(0 data export ${TEMP}/data ${TEMP}/images --to images)
+  expect("${err}" "plane maps are not exported; 'vkrun priors plane' makes them")
+endfunction()
+
 # Three Gaussians at (-1 0 1, 0, 0.5) against triangles and depth maps.
 function(PointsAreCompared)
   write_scene(${TEMP}/scene.ply)

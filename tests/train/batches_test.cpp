@@ -90,6 +90,23 @@ TEST_F(BatchesTest, DepthsOfTheHeadAreInSceneUnits) {
     EXPECT_LT(least, 0.82F);
 }
 
+/// Those of the input view alone, for a loss that takes them.
+TEST_F(BatchesTest, HaveThePlanesOfTheirInputs) {
+    test::put_planes(desc_.path);
+    EXPECT_TRUE(need(BatchSource(data(), settings_, kSeed).make(0)).planes.empty());
+    settings_.training.plane_weight = 0.1;
+    settings_.training.batch_size = 2;
+    const auto source = data();
+    ASSERT_NE(source, nullptr);
+    const Batch batch = need(BatchSource(source, settings_, kSeed).make(0));
+    ASSERT_EQ(batch.planes.size(), std::size_t{2} * 5 * 16 * 16);
+    EXPECT_EQ(batch.view().planes.data(), batch.planes.data());
+    const std::uint32_t first[] = {2};  // see the order above
+    const std::vector<float> planes = need(source->read(0, first, 1)).planes;
+    ASSERT_EQ(planes.size(), std::size_t{5} * 16 * 16);
+    EXPECT_TRUE(std::equal(planes.begin(), planes.end(), batch.planes.begin()));
+}
+
 TEST_F(BatchesTest, AnyNumberCanBeReadAtAnyTime) {
     const BatchSource source(data(), settings_, kSeed);
     for (const std::size_t threads : {1, 2, 5}) {

@@ -2,7 +2,7 @@
 #include "api/handles.h"
 #include "core/path_name.h"
 #include "data/dataset_check.h"
-#include "data/plane_channels.h"
+#include "data/planes/plane_channels.h"
 #include "synthetic/object_writer.h"
 
 using namespace splat;

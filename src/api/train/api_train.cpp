@@ -5,7 +5,7 @@
 #include "api/train/settings.h"
 #include "api/train/trainer_info.h"
 #include "config/config_file.h"
-#include "data/plane_channels.h"
+#include "data/planes/plane_channels.h"
 #include "train/training_facts.h"
 
 using namespace splat;

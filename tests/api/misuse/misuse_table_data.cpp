@@ -12,6 +12,7 @@ void MisuseTable::dataset_rows() {
     invalid("a missing split", kNotFound, [](auto& d) { d.split = "val"; });
     invalid("a list of another format", kArgument, [](auto& d) { d.objects_file = "x"; });
     invalid("a large resolution", kArgument, [](auto& d) { d.resolution = UINT32_MAX; });
+    invalid("maps that are not there", kNotFound, [](auto& d) { d.flags |= SPLAT_DATA_PLANE; });
     invalid("a background above 1", kArgument, [](auto& d) { d.background[0] = 2; });
     SPLAT_WRONG(splat_dataset_check).each("object", "too high", kArgument, 2U);
     static const std::uint32_t high[] = {0, 3};
@@ -19,9 +20,13 @@ void MisuseTable::dataset_rows() {
     auto few = sized<splat_dataset_views>();
     few.focals = focals;
     few.focal_count = 1;
+    auto little = sized<splat_dataset_views>(), lacking = little;
+    little.planes = lacking.planes = focals;
+    little.plane_count = 1;
     const auto read = SPLAT_WRONG(splat_dataset_read);
     read.each("object", "too high", kArgument, 2U, UINT32_MAX)
-        .each("out", "an array that is too short", kArgument, few);
+        .each("out", "an array that is too short", kArgument, few, little)
+        .each("out", "maps that are not there", kNotFound, lacking);
     read.given("views", high).each("count", "a view beyond the count", kArgument, 2U);
     read.given("views", nullptr)
         .given("count", 0U)

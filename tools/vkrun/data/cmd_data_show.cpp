@@ -73,17 +73,19 @@ void add_object(splat_dataset dataset, const Json& report, std::uint32_t object,
     std::vector<float> depths(views.size() * area);
     std::vector<float> normals(views.size() * area * 3);
     std::vector<float> masks(views.size() * area);
+    std::vector<float> planes(views.size() * area * 5);
     auto out = sized<splat_dataset_views>();
     out.images = images.data();
     for (const Json& map : report.at("maps")) {
         if (map == "depth") out.depths = depths.data();
         if (map == "normal") out.normals = normals.data();
         if (map == "mask") out.masks = masks.data();
+        if (map == "plane") out.planes = planes.data();
     }
     check_read(splat_dataset_read(dataset, object, views.data(),
                                   static_cast<std::uint32_t>(views.size()), &out));
-    const auto place = [&](std::uint32_t column, const float* planes, std::uint32_t channels) {
-        sheet.place(planes, channels, size, size, column * size, object * size);
+    const auto place = [&](std::uint32_t column, const float* picture, std::uint32_t channels) {
+        sheet.place(picture, channels, size, size, column * size, object * size);
     };
     for (std::uint32_t i = 0; i < views.size(); ++i) place(i, &images[i * area * 3], 3);
     const std::size_t last = views.size() - 1;
@@ -91,6 +93,7 @@ void add_object(splat_dataset dataset, const Json& report, std::uint32_t object,
     if (out.depths != nullptr) place(column++, &depths[last * area], 1);
     if (out.normals != nullptr) place(column++, &normals[last * area * 3], 3);
     if (out.masks != nullptr) place(column++, &masks[last * area], 1);
+    if (out.planes != nullptr) place(column++, &planes[last * area * 5], 3);  // normals
 }
 
 int show(const ShowOptions& options) {

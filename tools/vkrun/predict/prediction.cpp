@@ -130,6 +130,11 @@ Predicted read_photo(const PredictionOptions& options, splat_device device,
         throw Failure(kUsageError,
                       "the network takes the distance of the object's origin "
                       "(data.origin_distances): give --origin-distance, or predict from --data");
+    if (info.plane != 0)
+        throw Failure(
+            kUsageError,
+            "the network takes planes (data.use_pred_plane), which a picture does not "
+            "come with: predict from --data, whose plane maps 'vkrun priors plane' makes");
     if (info.origin_distance == 0 && options.origin_distance)
         throw Failure(kUsageError, "--origin-distance: the network takes none");
     const bool depth = info.depth != 0, normal = info.normal != 0;

@@ -1,4 +1,4 @@
-#include "data/plane_channels.h"
+#include "data/planes/plane_channels.h"
 
 #include <algorithm>
 #include <cstring>
