@@ -3,7 +3,7 @@
 #include <span>
 
 #include "config/model_config.h"
-#include "data/plane_channels.h"
+#include "data/planes/plane_channels.h"
 #include "gaussians/plane_loss.h"
 
 namespace splat::train {
