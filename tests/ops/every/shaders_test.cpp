@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "gaussians/plane_loss.h"
 #include "gaussians/set_statistics.h"
 #include "ops/adam.h"
 #include "ops/ema.h"
@@ -157,9 +158,14 @@ class Uses {
         EXPECT_OK(ops::tensor_stats(recorder_, 8, row(8), row(8)));
         EXPECT_OK(ops::gather_rows(recorder_, {2, 4}, row(2), row(8), row(8), row(8)));
         const gaussians::SetDesc set{2, 0, false};
+        const gaussians::SetViews views{row(24), row(8), set.gaussians};
         EXPECT_OK(gaussians::set_statistics(
-            recorder_, set, {row(24), row(8), set.gaussians},
+            recorder_, set, views,
             view({}, gaussians::set_statistics_bytes(set.gaussians) / sizeof(float))));
+        const gaussians::PlaneViews planes{row(2), row(2), row(4), row(1), row(1), 1};
+        EXPECT_OK(gaussians::plane_loss_forward(recorder_, views, planes, row(1)));
+        EXPECT_OK(gaussians::plane_loss_backward(recorder_, views, planes, row(4),
+                                                 {row(24), row(8), set.gaussians}));
     }
 
     std::set<std::string> shaders() {
