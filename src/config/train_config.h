@@ -118,6 +118,8 @@ struct LossTerm {
     /// Takes its weight from the pixel loss; all of these add up to 1 at most.
     bool replaces = false;
     std::vector<JsonScalar> (*attributes)(const TrainConfig&) = nullptr;
+
+    [[nodiscard]] constexpr bool is_lpips() const { return weight == &TrainConfig::lpips_weight; }
 };
 
 /// In the order in which their gradients are added.
@@ -141,9 +143,9 @@ inline constexpr LossTerm kLossTerms[] = {
      .op = nullptr,
      .weight = &TrainConfig::plane_weight,
      .key = "opt.lambda_plane",
-     .about =
-         "Weight of the variance across planes of the Gaussians on them, square of the scene's "
-         "unit, added to the other terms; input views need maps of planes."},
+     .about = "Weight of the mean squared distance of Gaussians from their plane, and of their own "
+              "thickness across it, in squares of the scene's unit, added to the other terms; "
+              "trainings need maps of planes."},
     {.name = "lpips",
      .op = nullptr,
      .weight = &TrainConfig::lpips_weight,

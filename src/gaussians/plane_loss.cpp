@@ -10,9 +10,9 @@ namespace {
 /// A pass with a workgroup for each plane, of which one may have all Gaussians.
 Status per_plane(vk::Recorder& recorder, const char* shader, const SetViews& set,
                  const PlaneViews& planes, float scale, std::span<const vk::Access> more) {
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64, set.count);
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64, planes.gaussians);
     const vk::Groups groups = vk::groups_for(recorder.device(), planes.planes, 1);
-    const double count = set.count;
+    const double count = planes.gaussians;
     const vk::Work work{.flops = 100 * count, .bytes = 100 * count};
     vk::Dispatch dispatch{
         .op = shader,
@@ -40,7 +40,8 @@ Status plane_loss_forward(vk::Recorder& recorder, const SetViews& set, const Pla
         .op = "loss_sum",
         .shader = "loss_sum",
         .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params::LossParams{0, 0, planes.planes, 1.0F / static_cast<float>(set.count), 1},
+        .push =
+            params::LossParams{0, 0, planes.planes, 1.0F / static_cast<float>(planes.gaussians), 1},
         .accesses = {vk::read(planes.partial), vk::write(loss)},
         .work = {.flops = static_cast<double>(planes.planes), .bytes = 4.0 * planes.planes},
     });
@@ -51,7 +52,7 @@ Status plane_loss_backward(vk::Recorder& recorder, const SetViews& set, const Pl
     const vk::Access used[] = {vk::read(planes.offsets), vk::read(grad_loss),
                                vk::read_write(grad.gaussians)};
     return per_plane(recorder, "plane_loss_backward", set, planes,
-                     1.0F / static_cast<float>(set.count), used);
+                     1.0F / static_cast<float>(planes.gaussians), used);
 }
 
 }  // namespace splat::gaussians

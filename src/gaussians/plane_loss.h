@@ -6,20 +6,22 @@ namespace splat::gaussians {
 
 /// Which Gaussians of a set lie on which plane, each on one at most.
 struct PlaneViews {
-    vk::BufferView members;  ///< [N] uint: numbers of Gaussians, plane after plane
-    vk::BufferView begins;   ///< [planes + 1] uint: the first member of each plane; one may have none
+    vk::BufferView members;  ///< uint: numbers of Gaussians, plane after plane
+    vk::BufferView
+        begins;  ///< [planes + 1] uint: the first member of each plane; one may have none
     vk::BufferView normals;  ///< [planes] quads: unit normals in the set's axes, 0
     vk::BufferView offsets;  ///< [planes]: what the forward pass finds for the backward pass
     vk::BufferView partial;  ///< [planes]: of the forward pass alone
     std::uint32_t planes = 0;
+    std::uint32_t gaussians = 0;  ///< N, those of the scene, on planes or not
 };
 
-/// Variance of planes across themselves, of the Gaussians on them as a mixture with equal weights:
+/// Mean squared distance of Gaussians from the middle of their plane along its normal, and their own variance along it:
 ///
 ///   loss = 1 / N sum over planes p and their Gaussians i of (n_p . mean_i - o_p)^2 + n_p^T Sigma_i n_p
 ///
 /// o_p: mean of n_p . mean_i. The first part holds Gaussians on one plane, wherever it is along its normal, the second
-/// makes them flat. N: all Gaussians of the set. Rotations count as they lie there, as in the rasterizer.
+/// makes them flat. Rotations count as they lie in the set, as in the rasterizer.
 ///
 /// loss         [1], the square of the scene's unit
 /// Errors       the recorder's

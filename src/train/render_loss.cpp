@@ -24,11 +24,11 @@ vk::BufferView quads(const vk::Buffer& buffer, const RenderLossDesc& desc, std::
 constexpr std::size_t kScalarFloats = 256 / sizeof(float);
 
 constexpr std::size_t kLpips = std::size(kLossTerms) - 1, kPlaneTerm = kLpips - 1;
-static_assert(kLossTerms[kLpips].weight == &config::TrainConfig::lpips_weight);
+static_assert(kLossTerms[kLpips].is_lpips());
 static_assert(kLossTerms[kPlaneTerm].weight == &config::TrainConfig::plane_weight);
 
 constexpr std::size_t kMostParts = 2 + std::size(kLossTerms);
-/// Place of the term of planes, which is no part: behind these, of which LPIPS is none either.
+/// The value of planes takes the last of the parts' places, which LPIPS, computed apart, leaves free.
 constexpr std::size_t kPlanes = kMostParts - 1;
 
 /// Quads of a buffer from the place of scalar i on.

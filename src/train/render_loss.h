@@ -62,8 +62,8 @@ class RenderLoss {
     /// [V,1,H,W] as quads: factors of pixels, for operators that take them.
     [[nodiscard]] const vk::BufferView& pixel_weights() const { return pixel_weights_.range(); }
 
-    /// Where the value of the term of planes goes before what run() computed is kept, and the factor of its gradient,
-    /// which run() writes.
+    /// The caller writes the value of planes after run() and before it keeps losses(); run() writes the factor of its
+    /// gradient.
     [[nodiscard]] vk::BufferView plane_value() const;
     [[nodiscard]] vk::BufferView plane_factor() const;
 
@@ -96,8 +96,7 @@ class RenderLoss {
     Status write_targets(std::size_t count, std::span<const std::byte> bytes,
                          vk::CommandList& pack);
     [[nodiscard]] double weight_of(const LossTerm& term, double lpips_weight) const {
-        const bool lpips = term.weight == &config::TrainConfig::lpips_weight;
-        return lpips ? lpips_weight : desc_.config.*term.weight;
+        return term.is_lpips() ? lpips_weight : desc_.config.*term.weight;
     }
     [[nodiscard]] double pixel_weight(double lpips_weight) const;
     Status write_weights(float share, double lpips_weight);

@@ -2,6 +2,8 @@
 
 #include "train/scene_planes.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/finite.h"
@@ -89,57 +91,64 @@ Result<PlaneMembers> plane_members(std::span<const float> channels,
 }
 
 Result<ScenePlanes> ScenePlanes::create(vk::Context& context, const config::ModelConfig& network,
-                                        const gaussians::SetViews& set,
+                                        std::uint32_t first, const gaussians::SetViews& sets,
                                         const gaussians::SetViews& grad,
                                         const vk::BufferView& value, const vk::BufferView& factor) {
-    if (network.output_resolution() != network.resolution)
+    if (network.output_resolution() != network.resolution || network.positions == kHeadBox)
         return invalid(
-            "'opt.lambda_plane' needs a Gaussian for each pixel of the input, %u x %u, but the "
-            "network gives %u x %u; expected 0",
+            "'opt.lambda_plane' is not 0, but the network's Gaussians are not those of the pixels "
+            "of its input, of which maps of planes speak (%u x %u pixels, %u x %u of Gaussians%s); "
+            "expected 0",
             network.resolution, network.resolution, network.output_resolution(),
-            network.output_resolution());
+            network.output_resolution(), network.positions == kHeadBox ? " anywhere in a box" : "");
     ScenePlanes made(context);
+    made.first_ = first;
     const std::uint32_t planes = kMostViewPlanes * network.views;
     const auto allocate = [&](vk::Buffer& buffer, std::uint64_t words) -> Status {
         SPLAT_SET(buffer, context.memory().allocate(4 * words, vk::MemoryKind::kDevice,
                                                     "planes of Gaussians"));
         return {};
     };
-    SPLAT_TRY(allocate(made.members_, set.count));
+    SPLAT_TRY(allocate(made.members_, network.gaussians()));
     SPLAT_TRY(allocate(made.begins_, planes + 1));
     SPLAT_TRY(allocate(made.normals_, std::uint64_t{4} * planes));
     SPLAT_TRY(allocate(made.offsets_, planes));
     SPLAT_TRY(allocate(made.partial_, planes));
+    // Lists are recorded once, for the most planes; those that an object lacks are empty workgroups.
     const gaussians::PlaneViews views{made.members_.range(), made.begins_.range(),
                                       made.normals_.range(), made.offsets_.range(),
-                                      made.partial_.range(), planes};
+                                      made.partial_.range(), planes,
+                                      network.gaussians()};
     vk::Recorder recorder(context);
-    SPLAT_TRY(gaussians::plane_loss_forward(recorder, set, views, value));
+    SPLAT_TRY(gaussians::plane_loss_forward(recorder, sets, views, value));
     SPLAT_SET(made.forward_, recorder.finish());
-    SPLAT_TRY(gaussians::plane_loss_backward(recorder, set, views, factor, grad));
+    SPLAT_TRY(gaussians::plane_loss_backward(recorder, sets, views, factor, grad));
     SPLAT_SET(made.backward_, recorder.finish());
     return made;
 }
 
 Status ScenePlanes::forward(const PlaneMembers& planes) {
-    PlaneMembers made = planes;
-    const auto put = [&](vk::Buffer& buffer, auto& values, auto rest) {
-        values.resize(buffer.bytes() / sizeof rest, rest);
-        return context_->write(buffer.range(), values.data(), buffer.bytes());
+    std::vector<std::uint32_t> members = planes.members, begins = planes.begins;
+    for (std::uint32_t& member : members) member += first_;
+    begins.resize(begins_.bytes() / sizeof(std::uint32_t), planes.begins.back());
+    const auto put = [&](const vk::Buffer& buffer, const auto& values) -> Status {
+        if (values.empty()) return {};
+        const std::uint64_t bytes = values.size() * sizeof values[0];
+        return context_->write(buffer.range().part(0, bytes), values.data(), bytes);
     };
-    SPLAT_TRY(put(members_, made.members, 0U));
-    SPLAT_TRY(put(begins_, made.begins, planes.begins.back()));
-    SPLAT_TRY(put(normals_, made.normals, 0.0F));
+    SPLAT_TRY(put(members_, members));
+    SPLAT_TRY(put(begins_, begins));
+    SPLAT_TRY(put(normals_, planes.normals));
     return context_->run(forward_);
 }
 
 Status Trainer::build_planes() {
-    if (config_.plane_weight == 0) return {};
-    for (std::uint32_t slot = 0; slot < config_.micro_batch; ++slot) {
-        SPLAT_ASSIGN(ScenePlanes made,
-                     ScenePlanes::create(context_, model_->config(), model_->set(slot),
-                                         model_->set(slot, true), loss_->plane_value(),
-                                         loss_->plane_factor()));
+    const model::ModelConfig& network = model_->config();
+    for (std::uint32_t slot = 0; config_.plane_weight > 0 && slot < config_.micro_batch; ++slot) {
+        SPLAT_ASSIGN(
+            ScenePlanes made,
+            ScenePlanes::create(context_, network, slot * network.gaussians(), model_->sets(),
+                                model_->sets(true), loss_->plane_value(), loss_->plane_factor()));
         planes_.push_back(std::move(made));
     }
     return {};

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include "config/model_config.h"
 #include "data/planes/plane_channels.h"
@@ -35,10 +37,11 @@ Result<PlaneMembers> plane_members(std::span<const float> channels,
 /// Determinism  bit-exact for any thread count
 class ScenePlanes {
   public:
-    /// `value` gets the loss, `factor` is that of its gradient, which backward() adds to `grad`. Errors:
-    /// kInvalidArgument for a network without a Gaussian for each pixel of its input.
+    /// For the object whose Gaussians begin at number `first` of the sets. `value` gets the loss; backward() adds its
+    /// gradient times `factor` to `grad`. Errors: kInvalidArgument for a network whose Gaussians are not those of the
+    /// pixels of its input.
     static Result<ScenePlanes> create(vk::Context& context, const config::ModelConfig& network,
-                                      const gaussians::SetViews& set,
+                                      std::uint32_t first, const gaussians::SetViews& sets,
                                       const gaussians::SetViews& grad, const vk::BufferView& value,
                                       const vk::BufferView& factor);
 
@@ -49,6 +52,7 @@ class ScenePlanes {
     explicit ScenePlanes(vk::Context& context) : context_(&context) {}
 
     vk::Context* context_;
+    std::uint32_t first_ = 0;
     vk::Buffer members_, begins_, normals_, offsets_, partial_;
     vk::CommandList forward_, backward_;
 };

@@ -81,7 +81,7 @@ run::Step SplatterTraining::step_of(const TrainStep& done) const {
     const config::TrainConfig& c = trainer_->config();
     if (!c.stages.empty()) step.numbers.push_back({"stage", static_cast<double>(stage_)});
     for (const LossTerm& term : kLossTerms)
-        if (c.*term.weight > 0 && (term.weight != &config::TrainConfig::lpips_weight || done.step > c.lpips_after))
+        if (c.*term.weight > 0 && (!term.is_lpips() || done.step > c.lpips_after))
             step.terms.push_back({term.name, done.loss.of(term.name)});
     step.ledger = ledger_of(done);
     return step;

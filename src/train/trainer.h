@@ -195,7 +195,7 @@ class Trainer {
 
     // scene_planes.cpp
     Status build_planes();
-    /// The planes of each object of the batch.
+    /// Fill members_.
     Status find_planes(const TrainBatch& batch);
 
     // cycle.cpp
@@ -215,11 +215,12 @@ class Trainer {
     std::unique_ptr<Optimiser> optimiser_;
     std::unique_ptr<raster::Rasterizer> rasterizer_;
     std::unique_ptr<RenderLoss> loss_;
-    std::optional<SizeMap> sizes_;               ///< where edges are weighed by size
-    std::vector<ScenePlanes> planes_;            ///< one per object of a pass, where planes count
-    std::vector<PlaneMembers> members_;          ///< of each object of the batch, then
-    std::uint32_t drawn_ = 1;                    ///< objects of a rasterizer call
-    Status entered_;                             ///< what the latest enter() gave
+    std::optional<SizeMap> sizes_;     ///< where edges are weighed by size
+    std::vector<ScenePlanes> planes_;  ///< one per object of a pass, where planes count
+    std::vector<PlaneMembers>
+        members_;              ///< planes of each object of the batch; empty without the loss
+    std::uint32_t drawn_ = 1;  ///< objects of a rasterizer call
+    Status entered_;           ///< what the latest enter() gave
     gaussians::GaussianSet scene_, grad_scene_;  ///< a call's, in passes of several calls
     /// Cycles: a drawer of views; what is predicted first, of all objects; lists that copy it there, and to scene_.
     std::unique_ptr<raster::Rasterizer> drawer_;

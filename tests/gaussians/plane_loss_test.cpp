@@ -95,8 +95,9 @@ Computed compute(vk::Context& context, const PlaneLossInput& in, float grad_loss
     const vk::Buffer offsets = device_buffer(context, planes);
     const vk::Buffer partial = device_buffer(context, planes), loss = device_buffer(context, 1);
     const vk::Buffer factor = upload(context, std::vector<float>{grad_loss, 0, 0, 0});
-    const gaussians::PlaneViews views{member.range(),  begin.range(),   normal.range(),
-                                      offsets.range(), partial.range(), planes};
+    const gaussians::PlaneViews views{
+        member.range(),  begin.range(), normal.range(), offsets.range(),
+        partial.range(), planes,        count};
     const gaussians::SetViews from{set.range(), set.range(), count};
     vk::Recorder recorder(context);
     EXPECT_OK(gaussians::plane_loss_forward(recorder, from, views, loss.range()));

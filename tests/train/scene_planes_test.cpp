@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "config/heads.h"
 #include "train/trainer_fixture.h"
 
 namespace splat::test {
@@ -74,38 +76,74 @@ TEST_P(TrainerPlanes, GaussiansComeToTheirPlanes) {
     EXPECT_LT(last.loss.of("plane"), 0.8 * first.loss.of("plane"));
 }
 
-/// Passes of one and of two objects, of two Gaussians a pixel and two views: one loss.
-TEST_P(TrainerPlanes, PassesAgree) {
+/// Objects `first` to `first` + `count` - 1 of two, each seen twice, with a Gaussian pair for each pixel.
+struct TwoViews : Batch {
+    TwoViews(const model::ModelConfig& network, const TrainConfig& training, std::size_t first,
+             std::size_t count)
+        : Batch(network, training) {
+        const auto twice = [&](std::vector<float>& values) {
+            const std::vector<float> all = std::exchange(values, {});
+            for (std::size_t i = first; i < first + count; ++i)
+                for (int view = 0; view < 2; ++view)
+                    values.insert(values.end(), part(all, i), part(all, i + 1));
+        };
+        const std::vector<float> wanted(part(targets, first), part(targets, first + count));
+        targets = wanted;
+        cameras.resize(count * training.targets);
+        twice(images);
+        twice(planes);
+        poses.clear();
+        quaternions.clear();
+        for (std::size_t i = 0; i < count; ++i) {
+            poses.insert(poses.end(), kIdentity, kIdentity + 16);
+            poses.insert(poses.end(), kTurned, kTurned + 16);
+            quaternions.insert(quaternions.end(), {1, 0, 0, 0, 0.7071068F, 0, 0.7071068F, 0});
+        }
+    }
+
+  private:
+    static std::vector<float>::const_iterator part(const std::vector<float>& all, std::size_t i) {
+        return all.begin() + static_cast<std::ptrdiff_t>(i * all.size() / 2);
+    }
+};
+
+/// Passes of one and of two objects, and each object alone, give one loss: each has its own planes.
+TEST_P(TrainerPlanes, AnObjectHasItsOwnPlanes) {
     network_.views = 2;
     network_.per_pixel = 2;
-    double one = 0;
-    for (const std::uint32_t objects : {1U, 2U}) {
-        training_.micro_batch = objects;
-        const auto trainer = make(network_, training_);
-        Batch batch(network_, training_);
-        const std::vector<float> images = batch.images, poses = batch.poses,
-                                 quaternions = batch.quaternions, planes = batch.planes;
-        batch.images.clear();
-        batch.poses.clear();
-        batch.quaternions.clear();
-        batch.planes.clear();
-        const auto twice = [](std::vector<float>& to, const std::vector<float>& from) {
-            for (std::size_t i = 0; i < 2; ++i)
-                for (int view = 0; view < 2; ++view)
-                    to.insert(
-                        to.end(), from.begin() + static_cast<std::ptrdiff_t>(i * from.size() / 2),
-                        from.begin() + static_cast<std::ptrdiff_t>((i + 1) * from.size() / 2));
-        };
-        twice(batch.images, images);
-        twice(batch.poses, poses);
-        twice(batch.quaternions, quaternions);
-        twice(batch.planes, planes);
-        const TrainStep step = run(*trainer, batch);
-        const TrainStep next = run(*trainer, batch);
-        EXPECT_GT(step.loss.of("plane"), 0);
-        if (objects == 1) one = next.loss.total;
-        EXPECT_NEAR(next.loss.total, one, 1e-6 * one) << objects;
-    }
+    network_.resolution = 6;  // no object but the first begins where bindings can
+    network_.attention_resolutions = {3};
+    const auto loss_of = [&](std::size_t first, std::size_t count, std::uint32_t pass) {
+        const TwoViews batch(network_, training_, first, count);
+        TrainConfig training = training_;
+        training.batch_size = static_cast<std::uint32_t>(count);
+        training.micro_batch = pass;
+        const auto trainer = make(network_, training);
+        const double plane = run(*trainer, batch).loss.of("plane");
+        EXPECT_GT(plane, 0);
+        return std::pair(plane, run(*trainer, batch).loss.total);
+    };
+    const auto one = loss_of(0, 2, 1), two = loss_of(0, 2, 2);
+    const double alone[] = {loss_of(0, 1, 1).first, loss_of(1, 1, 1).first};
+    EXPECT_GT(std::abs(alone[0] - alone[1]), 1e-3 * alone[0]);
+    EXPECT_NEAR(one.first, (alone[0] + alone[1]) / 2, 1e-6 * one.first);
+    EXPECT_NEAR(two.first, one.first, 1e-6 * one.first);
+    EXPECT_NEAR(two.second, one.second, 1e-6 * one.second);  // after an update
+}
+
+/// LGM's Gaussians lie in a box, wherever it puts them.
+TEST_P(TrainerPlanes, NetworksWithoutGaussiansOfPixelsAreRefused) {
+    network_.positions = kHeadBox;
+    EXPECT_ERROR(Trainer::create(context(), network_, training_), Code::kInvalidArgument,
+                 "the network's Gaussians are not those of the pixels of its input");
+}
+
+TEST_P(TrainerPlanes, CyclesAreRefused) {
+    config::take_head(config::kHeads[1], network_);
+    network_.mask = true;
+    training_.cycle_every = 1;
+    EXPECT_ERROR(Trainer::create(context(), network_, training_), Code::kInvalidArgument,
+                 "drawn views have no planes");
 }
 
 TEST_P(TrainerPlanes, WhatDoesNotFitIsRefused) {

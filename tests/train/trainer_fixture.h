@@ -42,13 +42,13 @@ inline TrainConfig small_training() {
     return c;
 }
 
-/// Channels of planes: columns 0, 3, 6... are on none, 1, 4, 7... on one that faces the camera, the others on one that
-/// leans.
+/// Channels of planes: a third of the columns is on none, the next on one that faces the camera, the others on one that
+/// leans; from image to image they move by a column.
 inline std::vector<float> two_planes(std::size_t side, std::size_t images) {
     constexpr float kColumns[3][5] = {{}, {0.5F, 0.5F, 0, 1, 0.5F}, {0.8F, 0.5F, 0.1F, 0.7F, 1}};
     std::vector<float> channels;
     for (std::size_t i = 0; i < images * 5 * side * side; ++i)
-        channels.push_back(kColumns[i % side % 3][i / (side * side) % 5]);
+        channels.push_back(kColumns[(i % side + i / (5 * side * side)) % 3][i / (side * side) % 5]);
     return channels;
 }
 

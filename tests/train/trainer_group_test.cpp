@@ -39,6 +39,7 @@ class TrainerGroup : public RankContexts {
         mine.view_to_world = of(mine.view_to_world);
         mine.quaternions = of(mine.quaternions);
         mine.focals = of(mine.focals);
+        mine.planes = of(mine.planes);
         mine.targets = of(mine.targets);
         mine.cameras = of(mine.cameras);
         return mine;
@@ -151,6 +152,12 @@ TEST_F(TrainerGroup, SharesScaleTerms) {
     training_.scale_terms = false;
     const Trained without = train(1, 0, 1)[0];
     EXPECT_GT(with.steps[0].loss.total, without.steps[0].loss.total + 1);
+}
+
+/// Each object has planes of its own.
+TEST_F(TrainerGroup, SharesPlanes) {
+    training_.plane_weight = 20;
+    EXPECT_GT(expect_the_same(2, {2}).steps[0].loss.of("plane"), 0);
 }
 
 /// All that ranks must not do differently, at once and for longer: dropout, averages, CO3D's geometry and terms,

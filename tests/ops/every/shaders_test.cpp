@@ -162,7 +162,7 @@ class Uses {
         EXPECT_OK(gaussians::set_statistics(
             recorder_, set, views,
             view({}, gaussians::set_statistics_bytes(set.gaussians) / sizeof(float))));
-        const gaussians::PlaneViews planes{row(2), row(2), row(4), row(1), row(1), 1};
+        const gaussians::PlaneViews planes{row(2), row(2), row(4), row(1), row(1), 1, 2};
         EXPECT_OK(gaussians::plane_loss_forward(recorder_, views, planes, row(1)));
         EXPECT_OK(gaussians::plane_loss_backward(recorder_, views, planes, row(4),
                                                  {row(24), row(8), set.gaussians}));
