@@ -117,9 +117,9 @@ GROUPS = {
     ],
     "planes": [
         SMALL_RGB,
-        Run("plane_channels", "+ planes as channels", PLANE, ("rgb_small",), base="small", data="planes"),
+        Run("plane_exact", "+ planes, exact", PLANE, ("rgb_small",), base="small", data="planes"),
         Run("plane_loss", "+ loss of planes of weight 10", PLANE_LOSS, ("rgb_small",), base="small", data="planes"),
-        Run("plane_both", "+ both", PLANE + PLANE_LOSS, ("rgb_small", "plane_channels", "plane_loss"), base="small",
+        Run("plane_both", "+ both", PLANE + PLANE_LOSS, ("rgb_small", "plane_exact", "plane_loss"), base="small",
             data="planes"),
     ],
 }
