@@ -55,8 +55,9 @@ typedef struct splat_dataset_desc {
  * in folders depth, normal, mask and plane of an object (also depths, normals, masks, planes; CO3D's:
  * depths.npy and so on), as images, .npy or .pfm files: vectors of normals, masks of 0 to 1; whole
  * numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled from least
- * to most. Planes have four channels as splat_planes_from_depth gives them; at another resolution they
- * are those of the nearest pixels. Tables and stores hold no planes.
+ * to most. Planes have four channels as splat_planes_from_depth gives them (CO3D's planes.npy
+ * [F,4,S,S] 0 to 1), at most 255 planes a map, and normals of a length of about 1. At another
+ * resolution they are those of the nearest pixels. Tables, stores and DISN's layout hold no planes.
  * A transforms.json may name mask_path, depth_file_path (distances: their inverses are scaled) and
  * train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks, alpha is the mask.
  * Objaverse has no split "test", GSO none "train"; a folder without splits serves any. The first
@@ -106,8 +107,8 @@ typedef struct splat_dataset_views {
     uint64_t focal_count;
     uint64_t origin_distance_count;
     /* [n,5,R,R] 0 to 1: (normal + 1) / 2 of the pixel's plane, in the camera's axes; its distance from
-     * the camera, as a share of the farthest plane's; id, place / number of the view's planes, where
-     * place 1 has the most pixels. All 0 where there is no plane */
+     * the camera, as a share of the farthest plane's; id, (place + 1) / number of the view's planes,
+     * where place 0 has the most pixels. All 0 where there is no plane */
     float* planes;
     uint64_t plane_count;
 } splat_dataset_views;
@@ -117,8 +118,9 @@ typedef struct splat_dataset_views {
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, an array that is too short
  *   SPLAT_ERROR_NOT_FOUND             missing maps or a missing file
- *   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
- *                                     its path. After these three, arrays may be partly written */
+ *   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one, or planes other
+ *                                     than above; the message has its path. After these three,
+ *                                     arrays may be partly written */
 SPLAT_API splat_result splat_dataset_read(splat_dataset dataset, uint32_t object,
                                           const uint32_t* views, uint32_t count,
                                           splat_dataset_views* out);
@@ -214,9 +216,10 @@ typedef struct splat_dataset_export_desc {
     uint32_t shard;
 } splat_dataset_export_desc;
 
-/* Write objects of a data set with their cameras, images and all maps that it has but planes, as 8
- * bits at its resolution and over its background; a warning tells planes that are left out. Text of poses and intrinsics in SRN's files and tables is kept
- * as it is. An export that a killed process began is continued: by file of 16 row groups or by object.
+/* Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its
+ * resolution and over its background. Planes are left out, and a warning says so. Text of poses and
+ * intrinsics in SRN's files and tables is kept as it is. An export that a killed process began is
+ * continued: by file of 16 row groups or by object.
  * export_<split>.json in the folder says what it holds, and for tables the CRC-32 of each file,
  * which an import compares.
  * callback, user   as splat_dataset_import

@@ -244,8 +244,9 @@ typedef struct splat_trainer_desc {
 /* Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes to
  * the log.
  * Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but files
- *   of vectors are not needed, and for opt.stages and opt.target_resolution, which only
- *   splat_training_open takes. */
+ *   of vectors are not needed; for opt.stages and opt.target_resolution, which only
+ *   splat_training_open takes; and for opt.lambda_plane of a network without a Gaussian for each pixel
+ *   of its input, with model.head.positions box, or with opt.cycle.every. */
 SPLAT_API splat_result splat_trainer_create(splat_device device, const splat_trainer_desc* desc,
                                             splat_trainer* trainer);
 
@@ -279,7 +280,9 @@ typedef struct splat_trainer_batch {
     uint64_t cameras_count;
     uint32_t channels; /* channels per input image, as in the configuration; 0: not checked */
     uint32_t objects;  /* B, as in the configuration; 0: not checked */
-    const float* planes; /* [B*V,5,R,R] if opt.lambda_plane > 0, else NULL; see splat_dataset_views */
+    /* [B*V,5,R,R] if opt.lambda_plane > 0, else NULL; see splat_dataset_views. Pixels of one plane have
+     * equal floats as their ids */
+    const float* planes;
     uint64_t planes_count;
 } splat_trainer_batch;
 
@@ -314,8 +317,10 @@ typedef struct splat_trainer_info {
  *           makes room for them, and scales for CO3D's terms; and all that is unread where it must know whether
  *           LPIPS begins, or when 16 steps, or opt.read_every if that is more, but at most 256, are unread
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
- *   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
- *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update */
+ *   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, the latter also for planes that are not finite,
+ *   a plane whose normal is shorter than 0.5, more than 255 planes of a view;
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST; no update */
 SPLAT_API splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch* batch,
                                           splat_trainer_info* info);
 

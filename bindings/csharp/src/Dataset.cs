@@ -57,7 +57,7 @@ namespace Splat
     {
         /// <summary>[n,3,R,R] 0 to 1.</summary>
         public float[] Images { get; internal set; } = Array.Empty<float>();
-        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; null unless asked for, so the next three.</summary>
+        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; null unless asked for; so are the next three.</summary>
         public float[]? Depths { get; internal set; }
         /// <summary>[n,3,R,R] (normal + 1) / 2, in the camera's axes.</summary>
         public float[]? Normals { get; internal set; }

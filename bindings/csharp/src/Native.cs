@@ -432,8 +432,9 @@ namespace Splat.Interop
         /// in folders depth, normal, mask and plane of an object (also depths, normals, masks, planes; CO3D's:
         /// depths.npy and so on), as images, .npy or .pfm files: vectors of normals, masks of 0 to 1; whole
         /// numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled from least
-        /// to most. Planes have four channels as splat_planes_from_depth gives them; at another resolution they
-        /// are those of the nearest pixels. Tables and stores hold no planes.
+        /// to most. Planes have four channels as splat_planes_from_depth gives them (CO3D's planes.npy
+        /// [F,4,S,S] 0 to 1), at most 255 planes a map, and normals of a length of about 1. At another
+        /// resolution they are those of the nearest pixels. Tables, stores and DISN's layout hold no planes.
         /// A transforms.json may name mask_path, depth_file_path (distances: their inverses are scaled) and
         /// train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks, alpha is the mask.
         /// Objaverse has no split "test", GSO none "train"; a folder without splits serves any. The first
@@ -475,8 +476,9 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, an array that is too short
         ///   SPLAT_ERROR_NOT_FOUND             missing maps or a missing file
-        ///   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
-        ///                                     its path. After these three, arrays may be partly written
+        ///   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one, or planes other
+        ///                                     than above; the message has its path. After these three,
+        ///                                     arrays may be partly written
         /// </summary>
 #if NET8_0_OR_GREATER
         [LibraryImport(Lib)] public static partial
@@ -548,9 +550,10 @@ namespace Splat.Interop
             user);
 
         /// <summary>
-        /// Write objects of a data set with their cameras, images and all maps that it has but planes, as 8
-        /// bits at its resolution and over its background; a warning tells planes that are left out. Text of poses and intrinsics in SRN's files and tables is kept
-        /// as it is. An export that a killed process began is continued: by file of 16 row groups or by object.
+        /// Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its
+        /// resolution and over its background. Planes are left out, and a warning says so. Text of poses and
+        /// intrinsics in SRN's files and tables is kept as it is. An export that a killed process began is
+        /// continued: by file of 16 row groups or by object.
         /// export_&lt;split&gt;.json in the folder says what it holds, and for tables the CRC-32 of each file,
         /// which an import compares.
         /// callback, user   as splat_dataset_import
@@ -2282,8 +2285,9 @@ namespace Splat.Interop
 
         /// <summary>Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes
         /// to the log. Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but
-        /// files of vectors are not needed, and for opt.stages and opt.target_resolution, which only
-        /// splat_training_open takes.</summary>
+        /// files of vectors are not needed; for opt.stages and opt.target_resolution, which only splat_training_open
+        /// takes; and for opt.lambda_plane of a network without a Gaussian for each pixel of its input, with
+        /// model.head.positions box, or with opt.cycle.every.</summary>
 #if NET8_0_OR_GREATER
         [LibraryImport(Lib)] public static partial
 #else
@@ -2308,8 +2312,10 @@ namespace Splat.Interop
         ///           makes room for them, and scales for CO3D's terms; and all that is unread where it must know whether
         ///           LPIPS begins, or when 16 steps, or opt.read_every if that is more, but at most 256, are unread
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
-        ///   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-        ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update
+        ///   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, the latter also for planes that are not finite,
+        ///   a plane whose normal is shorter than 0.5, more than 255 planes of a view;
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+        ///   SPLAT_ERROR_DEVICE_LOST; no update
         /// </summary>
 #if NET8_0_OR_GREATER
         [LibraryImport(Lib)] public static partial
@@ -3632,8 +3638,8 @@ namespace Splat.Interop
         public ulong focal_count;
         public ulong origin_distance_count;
         /// <summary>[n,5,R,R] 0 to 1: (normal + 1) / 2 of the pixel's plane, in the camera's axes; its distance from
-        /// the camera, as a share of the farthest plane's; id, place / number of the view's planes, where place 1 has
-        /// the most pixels. All 0 where there is no plane</summary>
+        /// the camera, as a share of the farthest plane's; id, (place + 1) / number of the view's planes, where place
+        /// 0 has the most pixels. All 0 where there is no plane</summary>
         public float* planes;
         public ulong plane_count;
     }
@@ -4526,7 +4532,8 @@ namespace Splat.Interop
         /// <summary>channels per input image, as in the configuration; 0: not checked</summary>
         public uint channels;
         /** <summary>B, as in the configuration; 0: not checked</summary> */ public uint objects;
-        /// <summary>[B*V,5,R,R] if opt.lambda_plane &gt; 0, else NULL; see splat_dataset_views</summary>
+        /// <summary>[B*V,5,R,R] if opt.lambda_plane &gt; 0, else NULL; see splat_dataset_views. Pixels of one plane
+        /// have equal floats as their ids</summary>
         public float* planes;
         public ulong planes_count;
     }

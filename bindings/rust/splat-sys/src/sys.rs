@@ -817,7 +817,7 @@ pub struct splat_dataset_views {
     pub focal_count: u64,
     pub origin_distance_count: u64,
     /// \[n,5,R,R\] 0 to 1: (normal + 1) / 2 of the pixel's plane, in the camera's axes; its distance from the camera,
-    /// as a share of the farthest plane's; id, place / number of the view's planes, where place 1 has the most
+    /// as a share of the farthest plane's; id, (place + 1) / number of the view's planes, where place 0 has the most
     /// pixels. All 0 where there is no plane
     pub planes: *mut f32,
     pub plane_count: u64,
@@ -1610,7 +1610,9 @@ pub struct splat_trainer_batch {
     pub cameras_count: u64,
     /** channels per input image, as in the configuration; 0: not checked */ pub channels: u32,
     /** B, as in the configuration; 0: not checked */ pub objects: u32,
-    /** \[B*V,5,R,R\] if opt.lambda_plane \> 0, else NULL; see splat_dataset_views */ pub planes: *const f32,
+    /// \[B*V,5,R,R\] if opt.lambda_plane \> 0, else NULL; see splat_dataset_views. Pixels of one plane have equal
+    /// floats as their ids
+    pub planes: *const f32,
     pub planes_count: u64,
 }
 
@@ -2544,8 +2546,9 @@ extern "C" {
     /// in folders depth, normal, mask and plane of an object (also depths, normals, masks, planes; CO3D's:
     /// depths.npy and so on), as images, .npy or .pfm files: vectors of normals, masks of 0 to 1; whole
     /// numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled from least
-    /// to most. Planes have four channels as splat_planes_from_depth gives them; at another resolution they
-    /// are those of the nearest pixels. Tables and stores hold no planes.
+    /// to most. Planes have four channels as splat_planes_from_depth gives them (CO3D's planes.npy
+    /// [F,4,S,S] 0 to 1), at most 255 planes a map, and normals of a length of about 1. At another
+    /// resolution they are those of the nearest pixels. Tables, stores and DISN's layout hold no planes.
     /// A transforms.json may name mask_path, depth_file_path (distances: their inverses are scaled) and
     /// train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks, alpha is the mask.
     /// Objaverse has no split "test", GSO none "train"; a folder without splits serves any. The first
@@ -2580,8 +2583,9 @@ extern "C" {
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, no such object or view, an array that is too short
     ///   SPLAT_ERROR_NOT_FOUND             missing maps or a missing file
-    ///   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
-    ///                                     its path. After these three, arrays may be partly written
+    ///   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one, or planes other
+    ///                                     than above; the message has its path. After these three,
+    ///                                     arrays may be partly written
     /// ```
     pub fn splat_dataset_read(
         dataset: splat_dataset, object: u32, views: *const u32, count: u32, out: *mut splat_dataset_views
@@ -2634,9 +2638,10 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Write objects of a data set with their cameras, images and all maps that it has but planes, as 8
-    /// bits at its resolution and over its background; a warning tells planes that are left out. Text of poses and intrinsics in SRN's files and tables is kept
-    /// as it is. An export that a killed process began is continued: by file of 16 row groups or by object.
+    /// Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its
+    /// resolution and over its background. Planes are left out, and a warning says so. Text of poses and
+    /// intrinsics in SRN's files and tables is kept as it is. An export that a killed process began is
+    /// continued: by file of 16 row groups or by object.
     /// export_<split>.json in the folder says what it holds, and for tables the CRC-32 of each file,
     /// which an import compares.
     /// callback, user   as splat_dataset_import
@@ -3903,7 +3908,9 @@ extern "C" {
     /// Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes to the log.
     ///
     /// Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but files of vectors
-    /// are not needed, and for opt.stages and opt.target_resolution, which only splat_training_open takes.
+    /// are not needed; for opt.stages and opt.target_resolution, which only splat_training_open takes; and for
+    /// opt.lambda_plane of a network without a Gaussian for each pixel of its input, with model.head.positions box,
+    /// or with opt.cycle.every.
     pub fn splat_trainer_create(
         device: splat_device, desc: *const splat_trainer_desc, trainer: *mut splat_trainer
     ) -> splat_result;
@@ -3921,8 +3928,10 @@ extern "C" {
     ///           makes room for them, and scales for CO3D's terms; and all that is unread where it must know whether
     ///           LPIPS begins, or when 16 steps, or opt.read_every if that is more, but at most 256, are unread
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
-    ///   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update
+    ///   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, the latter also for planes that are not finite,
+    ///   a plane whose normal is shorter than 0.5, more than 255 planes of a view;
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+    ///   SPLAT_ERROR_DEVICE_LOST; no update
     /// ```
     pub fn splat_trainer_step(
         trainer: splat_trainer, batch: *const splat_trainer_batch, info: *mut splat_trainer_info
