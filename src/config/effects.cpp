@@ -96,13 +96,12 @@ void warn_of_frozen_channels(const ModelConfig& c, std::vector<std::string>& war
     const bool chosen = c.lora.rank == 0 || contains_any(weight, c.lora.trained);
     const bool adapted = c.lora.rank > 0 && contains_any(layer, c.lora.targets);
     if ((chosen && learns(weight)) || (adapted && learns(layer + ".lora_A"))) return;
-    warnings.push_back(format(
-        "'%s' is not trained, so channels of depth, normals, mask or planes that are grafted onto "
-        "it "
-        "stay without influence: %s",
-        weight.c_str(),
-        chosen || adapted ? "take it out of opt.freeze"
-                          : "name it in opt.train_with_adapters, or in opt.lora_targets"));
+    warnings.push_back(
+        format("'%s' is not trained, so channels of depth, normals, mask or planes that are "
+               "grafted onto it stay without influence: %s",
+               weight.c_str(),
+               chosen || adapted ? "take it out of opt.freeze"
+                                 : "name it in opt.train_with_adapters, or in opt.lora_targets"));
 }
 
 /// Without their lists, these data sets are not those of the published models.

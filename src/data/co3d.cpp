@@ -8,6 +8,7 @@
 #include "core/shown.h"
 #include "data/folder.h"
 #include "data/object_lists.h"
+#include "data/planes/plane_channels.h"
 #include "data/relative_pose.h"
 #include "io/file.h"
 #include "io/folder.h"
@@ -181,6 +182,9 @@ class Co3dReader : public ObjectsReader<Sequence> {
         for (std::size_t i = 0; i < area; ++i)
             for (std::size_t c = 0; c < array.channels; ++c)
                 out.samples.push_back(io::to_byte(255 * static_cast<double>(planes[c * area + i])));
+        if (kind == MapKind::kPlane)
+            SPLAT_TRY(
+                in_file(check_planes(out.samples, side), array.path + format(", frame %u", view)));
         return out;
     }
 

@@ -86,8 +86,8 @@ Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
         if ((wanted & flag_of(kind)) != 0 && !index.lacking(kind).empty())
             places += "; missing: '" + index.lacking(kind) + "'";
     if (!index.unread.empty()) places += "; " + index.unread_note();
-    if ((wanted & ~index.maps & flag_of(MapKind::kPlane)) != 0)
-        places += "; 'vkrun priors plane' makes those of planes, of data in folders";
+    const std::string remedy = index.plane_remedy();
+    if ((wanted & flag_of(MapKind::kPlane)) != 0 && !remedy.empty()) places += "; " + remedy;
     return not_found("maps requested: %s; every object has: %s%s", map_list(wanted).c_str(),
                      map_list(index.maps).c_str(), places.c_str());
 }
@@ -170,11 +170,12 @@ std::vector<std::uint8_t> flattened(const io::Image& image, std::uint32_t channe
 }
 
 /// The samples of a map at the nearest pixels: means of numbers of two planes would be those of a third one.
-Result<std::vector<std::uint8_t>> nearest(const io::Image& map, std::uint32_t side) {
+Result<std::vector<std::uint8_t>> nearest_samples(const io::Image& map, std::uint32_t side) {
     SPLAT_ASSIGN(const std::vector<double> samples,
                  resample_values<std::uint16_t>(map.samples, map.width, map.height, map.channels,
                                                 side, side, ValueFilter::kNearest));
     std::vector<std::uint8_t> bytes;
+    bytes.reserve(samples.size());
     for (const double sample : samples) bytes.push_back(static_cast<std::uint8_t>(sample));
     return bytes;
 }
@@ -236,7 +237,7 @@ Result<ImageCache::Pixels> Dataset::pixels(std::uint32_t object, std::uint32_t v
     SPLAT_ASSIGN(io::Image image, reader_->map(object, view, kind));
     std::vector<std::uint8_t> flat;
     if (kind == MapKind::kPlane) {
-        SPLAT_SET(flat, nearest(image, resolution_));
+        SPLAT_SET(flat, nearest_samples(image, resolution_));
     } else {
         if (image.width != resolution_ || image.height != resolution_)
             SPLAT_SET(image, resample(image, resolution_, resolution_, index().filter));
@@ -314,7 +315,9 @@ Status Dataset::read(std::uint32_t object, std::span<const std::uint32_t> views,
         if (view >= all.views_of[object])
             return invalid("view is %u, but object %u ('%s') has %u views", view, object,
                            all.names[object].c_str(), all.views_of[object]);
-    SPLAT_TRY(read_cameras(object, views, out));
+    if (out.view_to_world != nullptr || out.quaternions != nullptr || out.focals != nullptr ||
+        out.origin_distances != nullptr)
+        SPLAT_TRY(read_cameras(object, views, out));
     SPLAT_TRY(read_map(object, views, MapKind::kRgb, out.images, out.levels));
     SPLAT_TRY(read_map(object, views, MapKind::kDepth, out.depths));
     SPLAT_TRY(read_map(object, views, MapKind::kNormal, out.normals));

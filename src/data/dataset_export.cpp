@@ -226,10 +226,10 @@ Status export_dataset(Dataset& dataset, const ExportDesc& desc, const tables::Pr
     if (dataset.index().format == "co3d")
         log(LogLevel::kWarning, "the distances of origins of CO3D are not exported");
     if ((dataset.index().maps & flag_of(MapKind::kPlane)) != 0)
-        log(LogLevel::kWarning,
-            "plane maps are not exported; 'vkrun priors plane' makes them of the depth of an "
-            "export "
-            "in folders (layout srn or images)");
+        log(LogLevel::kWarning, own.layout == Layout::kSrn || own.layout == Layout::kImages
+                                    ? "plane maps are not exported; 'vkrun priors plane' makes "
+                                      "them again from the depth of the export"
+                                    : "plane maps are not exported");
     ExportRows rows(dataset, own, progress);
     if (own.layout == Layout::kStore) return export_store(rows, own);
     if (own.layout == Layout::kImages) return export_images(rows, own);

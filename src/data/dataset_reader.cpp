@@ -162,6 +162,12 @@ std::string DatasetIndex::lacking(MapKind kind) const {
     return first == lacks.end() ? "" : first->place;
 }
 
+std::string DatasetIndex::plane_remedy() const {
+    const std::string place = lacking(MapKind::kPlane);
+    if (place.empty() || place.ends_with(".npy")) return "";
+    return "'vkrun priors plane' makes plane maps, beside rgb/ folders";
+}
+
 void DatasetIndex::compare_maps() {
     for (const MapKind kind : kMaps) {
         const auto counts = [&](const Lack& lack) {

@@ -127,6 +127,9 @@ struct DatasetIndex {
     /// The first place without maps of a kind; empty: none.
     [[nodiscard]] std::string lacking(MapKind kind) const;
 
+    /// What makes maps of planes that are lacking; empty if no folder of them is read.
+    [[nodiscard]] std::string plane_remedy() const;
+
     /// Note as problems, if lenient, maps that an object lacks and others have.
     void compare_maps();
 

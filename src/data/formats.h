@@ -26,7 +26,8 @@ Result<scene::Mat4> pose_of_text(std::string_view text, const std::string& place
 /// CO3D as preprocessed for Splatter Image: [{path}/co3d_{category}_for_gs/]{split}/ with camera_Rs.npz,
 /// camera_Ts.npz (an array of all frames for each sequence) and {sequence}/ with focal_lengths.npy [F,1,2]
 /// (in half sides) and images_fg.npy, else images_full.npy, float32 [F,3,S,S] from 0 to 1, and optionally maps,
-/// depths.npy and masks.npy [F,1,S,S] and normals.npy [F,3,S,S]. Sequences of the excluded file are left out.
+/// depths.npy and masks.npy [F,1,S,S], normals.npy [F,3,S,S] and planes.npy [F,4,S,S]. Sequences of the excluded file
+/// are left out.
 /// Precision: images are kept in 8 bits.
 Result<bool> is_co3d(const std::string& path);
 Result<std::unique_ptr<DatasetReader>> open_co3d(const ReaderDesc& desc);
@@ -98,7 +99,8 @@ Result<std::unique_ptr<DatasetReader>> open_image_folder(const ReaderDesc& desc)
 /// Errors   kNotFound, naming the splits that are there; kFormat for damaged files
 Result<std::unique_ptr<DatasetReader>> open_store(const ReaderDesc& desc);
 
-/// The table of images of a kind, and back; both lists have one order.
+/// The table of images of a kind, and back; both lists have one order. There is none of planes: table_of() gives no
+/// table for them.
 constexpr tables::Table table_of(MapKind kind) {
     return static_cast<tables::Table>(static_cast<std::uint32_t>(tables::Table::kRgb) +
                                       static_cast<std::uint32_t>(kind));

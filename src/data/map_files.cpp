@@ -7,6 +7,7 @@
 
 #include "core/os/path.h"
 #include "data/folder.h"
+#include "data/planes/plane_channels.h"
 #include "io/file.h"
 #include "io/folder.h"
 #include "io/maps/number_image.h"
@@ -88,7 +89,7 @@ Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers,
     image.samples.clear();
     if (kind == MapKind::kPlane) {
         add_planes(values, image);
-        return {};
+        return check_planes(image.samples, image.width);
     }
     double least = 0, most = 1;
     if (kind == MapKind::kNormal) least = -1;
@@ -120,11 +121,20 @@ Status add_samples(const std::vector<float>& values, MapKind kind, io::Image& im
     return {};
 }
 
-/// The samples as bytes; depth of 16 bits, and distances, scaled.
+/// The samples as bytes; depth of 16 bits, and distances, scaled. Distances of planes stay above 0. Errors: as
+/// add_bytes() and check_planes().
 Result<io::Image> in_bytes(io::Image image, MapKind kind, DepthNumbers numbers) {
     const bool scaled = kind == MapKind::kDepth && !image.samples.empty() &&
                         (image.bits == 16 || numbers == DepthNumbers::kDistance) &&
                         (image.channels == 1 || image.channels == 3);
+    if (kind == MapKind::kPlane) {
+        constexpr std::uint16_t kByte = 257;  // of 16 bits
+        for (std::size_t i = 3; image.bits == 16 && i < image.samples.size(); i += 4)
+            if (image.samples[i] != 0) image.samples[i] = std::max(image.samples[i], kByte);
+        image = reduced_to_bytes(std::move(image));
+        SPLAT_TRY(check_planes(image.samples, image.width));
+        return image;
+    }
     if (!scaled) return reduced_to_bytes(std::move(image));
     std::vector<float> values(image.samples.begin(), image.samples.end());
     SPLAT_TRY(add_bytes(values, kind, numbers, image));
@@ -331,7 +341,7 @@ Result<io::Image> load_map(const fs::path& path, MapKind kind, const io::ImageOp
     if (kind == MapKind::kPlane && image.channels != channels_of(kind))
         return damaged("'%s': %u channels, expected %u of a map of planes: normal and distance",
                        os::text_of(path).c_str(), image.channels, channels_of(kind));
-    return in_bytes(std::move(image), kind, numbers);
+    return in_file(in_bytes(std::move(image), kind, numbers), os::text_of(path));
 }
 
 Result<bool> FilesReader::add(const fs::path& folder, const std::string& name,

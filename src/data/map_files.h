@@ -25,8 +25,8 @@ enum class DepthNumbers { kNearness, kDistance };
 /// A map of 8 bits from an image, or from a .npy of [height,width] or [height,width,channels]: vectors of normals,
 /// masks of 0 to 1, depth, normals and distances of planes. Depth of .npy and of 16 bits is scaled between its least
 /// and its most; of distances, their inverses are, and 0 stays 0. Distances of planes become shares of the greatest,
-/// at least 1 / 255. Errors: as io::load_image() and io::read_npy(); kFormat for another shape, other channels of
-/// planes, and for numbers that are not finite.
+/// at least 1 / 255. Errors: as io::load_image(), io::read_npy() and check_planes(); kFormat for another shape, plane
+/// maps without four channels, and for numbers that are not finite.
 Result<io::Image> load_map(const std::filesystem::path& path, MapKind kind,
                            const io::ImageOptions& options,
                            DepthNumbers numbers = DepthNumbers::kNearness);

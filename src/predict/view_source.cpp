@@ -170,6 +170,7 @@ Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& set
             "'data.white_background'",
             expected[0] > 0 ? "white" : "black");
     const std::uint32_t wanted = maps_of(settings);
+    const std::string remedy = dataset->index().plane_remedy();
     for (const data::MapKind map : data::kMaps)
         if ((wanted & ~dataset->index().maps & data::flag_of(map)) != 0)
             return invalid(
@@ -178,7 +179,7 @@ Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& set
                 data::map_name(map),
                 (maps_of(settings.network) & data::flag_of(map)) != 0 ? "network"
                                                                       : "opt.lambda_plane",
-                map == data::MapKind::kPlane ? ": 'vkrun priors plane' makes them" : "");
+                map == data::MapKind::kPlane && !remedy.empty() ? (": " + remedy).c_str() : "");
     return make(settings, std::move(dataset), settings.training.root);
 }
 

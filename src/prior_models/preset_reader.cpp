@@ -159,6 +159,9 @@ PresetOutput read_output(const JsonTree& tree, const std::string& place, Members
                {"map", "name", "index", "layout", "channel", "sigmoid", "min_max", "depth", "signs",
                 "filter", "bytes_first", "threshold", "scale", "mask"});
     PresetOutput output;
+    static_assert(data::kMaps[0] == data::MapKind::kDepth &&
+                  data::kMaps[1] == data::MapKind::kNormal &&
+                  data::kMaps[2] == data::MapKind::kMask);
     output.map = data::kMaps[in.word("map", kMapNames, true)];
     in.text("name", output.name);
     in.number("index", -1, 1000, output.index);

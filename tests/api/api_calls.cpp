@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <numeric>
@@ -401,6 +402,21 @@ splat_dataset_desc dataset_desc() {
     auto desc = sized<splat_dataset_desc>();
     desc.path = data_folder();
     return desc;
+}
+
+void write_cars_with_planes(const std::string& folder) {
+    const splat_synthetic_desc cars = synthetic_desc(folder.c_str());
+    std::vector<std::uint8_t> pixels(std::size_t{4} * 64);
+    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = i % 4 == 3 ? 255 : i < 100 ? 7 : 9;
+    const splat_image map = packed_image(pixels, 8, 8, 4);
+    for (std::uint32_t object = 0; object < 2; ++object) {
+        EXPECT_DONE(splat_synthetic_write(&cars, object));
+        const std::filesystem::path planes =
+            folder + "/srn_cars/cars_train/00000" + std::to_string(object) + "_car/plane";
+        std::filesystem::create_directories(planes);
+        for (const char* name : {"000000.png", "000001.png", "000002.png"})
+            EXPECT_DONE(splat_image_save((planes / name).string().c_str(), &map));
+    }
 }
 
 Dataset make_dataset() {

@@ -263,6 +263,8 @@ std::vector<float> write_large_weights(const std::string& path);
 const char* data_folder();
 splat_synthetic_desc synthetic_desc(const char* path);
 splat_dataset_desc dataset_desc();
+/// The two training cars of synthetic_desc() with maps of two planes: the first 25 pixels, and the others.
+void write_cars_with_planes(const std::string& folder);
 Dataset make_dataset();
 
 /// The same data as the networks of trainer_desc() take it.

@@ -1,5 +1,4 @@
 // Data sets through the C API. Needs no device.
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -62,18 +61,7 @@ TEST(ApiDataset, GivesAllArraysOfViews) {
 /// A struct of the first version has no planes.
 TEST(ApiDataset, GivesPlanesToThoseWhoKnowThem) {
     const Temporary folder;
-    const splat_synthetic_desc cars = synthetic_desc(folder.c_str());
-    std::vector<std::uint8_t> pixels(std::size_t{4} * 64);
-    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = i % 4 == 3 ? 255 : i < 100 ? 7 : 9;
-    const splat_image map = packed_image(pixels, 8, 8, 4);
-    for (std::uint32_t object = 0; object < 2; ++object) {
-        ASSERT_DONE(splat_synthetic_write(&cars, object));
-        const std::filesystem::path planes =
-            folder.path() + "/srn_cars/cars_train/00000" + std::to_string(object) + "_car/plane";
-        std::filesystem::create_directories(planes);
-        for (const char* name : {"000000.png", "000001.png", "000002.png"})
-            ASSERT_DONE(splat_image_save((planes / name).string().c_str(), &map));
-    }
+    write_cars_with_planes(folder.path());
     splat_dataset_desc desc = dataset_desc();
     desc.path = folder.c_str();
     desc.flags = SPLAT_DATA_PLANE;

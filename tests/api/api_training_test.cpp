@@ -1,5 +1,7 @@
 // Batches and training sessions through the C API.
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "api/api_calls.h"
 
@@ -48,6 +50,49 @@ TEST(ApiBatches, FitTheTrainer) {
     ASSERT_DONE(splat_batches_next(batches, 5, &batch));
     ASSERT_DONE(splat_batches_next(batches, 0, &batch));
     EXPECT_EQ(batch.images[100], first);
+}
+
+TEST(ApiBatches, GivePlanesToTheirLoss) {
+    const Temporary folder;
+    write_cars_with_planes(folder.path());
+    splat_dataset_desc data = dataset_desc();
+    data.path = folder.c_str();
+    data.flags = SPLAT_DATA_PLANE;
+    data.resolution = 16;
+    std::fill_n(data.background, 3, 1.0F);
+    const char* const weight = "opt.lambda_plane=10";
+    const std::string config =
+        text_of(splat_config_merge, trainer_desc().config, &weight, std::size_t{1});
+    const Device device = open_device();
+    splat_trainer_desc desc = trainer_desc();
+    desc.config = config.c_str();
+    const Trainer trainer = got(splat_trainer_create, device, &desc);
+    const Dataset dataset = got(splat_dataset_open, &data);
+    const Batches batches = got(splat_batches_create, dataset, config.c_str(), 1);
+    auto batch = got(splat_batches_next, batches, 0);
+    ASSERT_EQ(batch.planes_count, 2U * 5 * 16 * 16);
+    EXPECT_EQ(batch.planes[0], 7 / 255.0F);
+    EXPECT_EQ(batch.planes[5 * 256 - 1], 0.5F) << "the id of the larger plane";
+    auto info = got(splat_trainer_step, trainer, &batch);
+    EXPECT_EQ(info.step, 1U);
+    EXPECT_GT(info.plane_loss, 0);
+    info.plane_loss = -1;
+    info.struct_size = offsetof(splat_trainer_info, plane_loss);  // of a caller who knows none
+    EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
+    EXPECT_EQ(info.plane_loss, -1);
+    --batch.planes_count;
+    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), kShape,
+                   "splat_trainer_batch.planes has 2559 numbers, expected 2560: [2, 5, 16, 16]");
+    const char* const missing =
+        "splat_trainer_batch.planes is NULL, expected 1280 numbers for each image: the "
+        "configuration has opt.lambda_plane 10";
+    batch.struct_size = offsetof(splat_trainer_batch, planes);
+    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), kArgument, missing);
+    batch.struct_size = sizeof batch;
+    batch.planes = nullptr;
+    batch.planes_count = 0;
+    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), kArgument, missing);
+    EXPECT_EQ(info.step, 2U);
 }
 
 TEST(ApiTraining, GivesWhatItDoes) {

@@ -153,6 +153,8 @@ TEST(Disn, EasyAndHardViewsHaveTheirCamerasAndMaps) {
     EXPECT_EQ(set->index().names, std::vector<std::string>{"03001627_1a2b"});
     EXPECT_EQ(set->index().views_of, std::vector<std::uint32_t>{8});
     EXPECT_EQ(set->index().maps, data::kAllMaps & ~data::flag_of(MapKind::kPlane));
+    EXPECT_EQ(set->index().lacking(MapKind::kPlane), "") << "no place of theirs is read";
+    EXPECT_EQ(set->index().plane_remedy(), "");
     EXPECT_FALSE(set->index().has_splits);
     EXPECT_EQ(set->resolution(), kSide);
     const auto views = need(set->reader().cameras(0));

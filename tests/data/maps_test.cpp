@@ -44,14 +44,14 @@ ReadMaps read_maps(Dataset& dataset, bool depths = true) {
     return maps;
 }
 
-/// Maps of two views of 8 x 8 pixels: sample i of depth, normal, mask and plane starts at 30, 60, 90 and 120; planes
+/// Maps of two views of 8 x 8 pixels: sample i of depth, normal, mask and plane starts at 30, 60, 90 and 170; planes
 /// have the distance 200.
 void put_maps(const fs::path& object, const std::vector<std::string>& stems) {
     for (std::uint32_t view = 0; view < stems.size(); ++view) {
         put_image(object / "depth" / (stems[view] + ".png"), 8, 1, 30 + view);
         put_image(object / "normal" / (stems[view] + ".png"), 8, 3, 60 + view);
         put_image(object / "mask" / (stems[view] + ".png"), 8, 1, 90 + view);
-        put_image(object / "plane" / (stems[view] + ".png"), 8, 4, 120 + view, 200);
+        put_image(object / "plane" / (stems[view] + ".png"), 8, 4, 170 + view, 200);
     }
 }
 
@@ -64,9 +64,9 @@ void expect_maps(const fs::path& root, const std::string& split = "train") {
     EXPECT_EQ(maps.depths[64 + 9], 51.0F / 255) << "view 1, row 1, column 1";
     EXPECT_EQ(maps.normals[64], 61.0F / 255) << "channel 1";
     EXPECT_EQ(maps.masks[64], 91.0F / 255);
-    EXPECT_EQ(maps.planes[64], 121.0F / 255) << "normal y, over no background";
+    EXPECT_EQ(maps.planes[64], 171.0F / 255) << "normal y, over no background";
     EXPECT_EQ(maps.planes[3 * 64 + 5], 200.0F / 255) << "distance";
-    EXPECT_EQ(maps.planes[5 * 64], 121.0F / 255) << "view 1";
+    EXPECT_EQ(maps.planes[5 * 64], 171.0F / 255) << "view 1";
     EXPECT_TRUE(need(check_object(*dataset, 0)).problems.empty());
 }
 

@@ -145,7 +145,55 @@ TEST_F(PlaneMaps, ThatLackAreNamedWithWhatMakesThem) {
     EXPECT_EQ(status.code(), Code::kNotFound);
     EXPECT_HAS(status.message(), "maps requested: plane");
     EXPECT_HAS(status.message(), (object_ / "plane").generic_string());
-    EXPECT_HAS(status.message(), "'vkrun priors plane' makes those of planes");
+    EXPECT_HAS(status.message(), "'vkrun priors plane' makes plane maps, beside rgb/ folders");
+}
+
+/// What a loss would refuse in the middle of a training.
+TEST_F(PlaneMaps, OfTooManyPlanesOrOfShortNormalsAreRefused) {
+    for (const char* name : {"000000.png", "000001.png"}) put_image(object_ / "rgb" / name, 16, 3);
+    io::Image many{16, 16, 4, 8, {}}, mixed = many;
+    const auto short_from = [](std::uint16_t i) -> std::uint16_t { return i < 37 ? 0 : 102; };
+    for (std::uint16_t i = 0; i < 256; ++i) {
+        many.samples.insert(many.samples.end(), {0, i, 0, 255});
+        mixed.samples.insert(mixed.samples.end(), {127, short_from(i), 127, 1});
+    }
+    put_png(object_ / "plane/000000.png", many);
+    put_png(object_ / "plane/000001.png", mixed);
+    const char* const sentences[] = {
+        "plane/000000.png': pixel (15, 15) begins plane 256, expected at most 255: maps that were "
+        "resized mix planes; make them with 'vkrun priors plane'",
+        "plane/000001.png': pixel (5, 2) is on a plane whose normal has the length 0.2, expected "
+        "about 1: "};
+    const auto dataset = open_data(folder_.path());
+    std::vector<float> planes(5 * std::size_t{256});
+    for (const std::uint32_t view : {0U, 1U})
+        EXPECT_ERROR(dataset->read(0, {&view, 1}, {.planes = planes.data()}), Code::kFormat,
+                     sentences[view]);
+    const auto found = need(check_object(*dataset, 0));
+    ASSERT_EQ(found.problems.size(), 2U);
+    for (const std::size_t view : {0, 1}) EXPECT_HAS(found.problems[view], sentences[view]);
+    for (std::size_t i = 3; i < 1024; i += 4) mixed.samples[i] = 0;
+    put_png(object_ / "plane/000001.png", mixed);
+    const std::uint32_t view = 1;
+    EXPECT_OK(open_data(folder_.path())->read(0, {&view, 1}, {.planes = planes.data()}))
+        << "no plane, no normal";
+    many.samples[1020 + 1] = 254;  // as the pixel before
+    put_png(object_ / "plane/000000.png", many);
+    EXPECT_TRUE(need(check_object(*open_data(folder_.path()), 0)).problems.empty());
+}
+
+TEST_F(PlaneMaps, Of16BitsKeepSmallDistances) {
+    io::Image map{8, 8, 4, 16, {}};
+    for (int i = 0; i < 64; ++i) {
+        const int distance = i < 32 ? 65535 : i < 63 ? 1 : 0;
+        map.samples.insert(map.samples.end(), {0, 0, 0, static_cast<std::uint16_t>(distance)});
+    }
+    for (const char* name : {"000000.png", "000001.png"}) put_png(object_ / "plane" / name, map);
+    const std::vector<float> planes = read(8);
+    EXPECT_EQ(planes[3 * 64], 1);
+    EXPECT_EQ(planes[3 * 64 + 32], 1.0F / 255);
+    EXPECT_EQ(planes[4 * 64 + 32], 1) << "31 pixels";
+    EXPECT_EQ(planes[4 * 64 + 63], 0) << "no plane";
 }
 
 TEST_F(PlaneMaps, AreNotExportedWhichIsTold) {

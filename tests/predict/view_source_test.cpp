@@ -139,7 +139,7 @@ TEST_F(ViewSourceTest, PlanesOfALossMustBeThere) {
     EXPECT_ERROR(
         ViewSource::open(settings_, dataset({1, 1, 1})), Code::kInvalidArgument,
         "no plane maps for every object, which the configuration's opt.lambda_plane takes: "
-        "'vkrun priors plane' makes them");
+        "'vkrun priors plane' makes plane maps, beside rgb/ folders");
     settings_.training.stages.resize(2);
     settings_.training.stages[1].plane_weight = 0.1;
     EXPECT_ERROR(ViewSource::open(settings_, "", "train"), Code::kNotFound,

@@ -74,8 +74,14 @@ void put_planes(const fs::path& root) {
     std::vector<fs::path> images;
     for (const auto& entry : fs::recursive_directory_iterator(root))
         if (entry.path().parent_path().filename() == "rgb") images.push_back(entry.path());
-    for (const fs::path& image : images)
-        put_image(image.parent_path().parent_path() / "plane" / image.filename(), 16, 4);
+    for (const fs::path& image : images) {
+        const int view = std::stoi(image.stem().string());
+        io::Image map{16, 16, 4, 8, {}};
+        for (int i = 0; i < 256; ++i)
+            for (const int number : {20 * ((i / 64 + view) % 4), 128, 128, 100 + view})
+                map.samples.push_back(static_cast<std::uint16_t>(number));
+        put_png(image.parent_path().parent_path() / "plane" / image.filename(), map);
+    }
 }
 
 }  // namespace splat::test

@@ -41,7 +41,7 @@ std::string file_text(const std::filesystem::path& path);
 synthetic::WriterDesc sample_cars(const std::filesystem::path& path);
 void write_all(const synthetic::WriterDesc& desc);
 
-/// Maps of planes beside the images below a folder of such cars.
+/// Maps of four planes beside the images below a folder of such cars, of each view its own.
 void put_planes(const std::filesystem::path& root);
 
 }  // namespace splat::test

@@ -139,6 +139,28 @@ class Estimates(unittest.TestCase):
         self.assertTrue((first == again).all())
         self.assertFalse((first == other).all())
 
+    def test_of_planes_are_those_of_vkrun(self):
+        library = VKRUN.resolve().parents[2] / "src/libsplat.so"
+        if not library.exists():
+            self.skipTest("there is no libsplat.so beside vkrun")
+        os.environ["SPLAT_LIBRARY"] = str(library)
+        sys.path.insert(0, str(TOOL.resolve().parents[2] / "bindings/python/src"))
+        import libsplat as splat
+        folder = FOLDER / "planes"
+        shutil.rmtree(folder, ignore_errors=True)
+        for words in (["data", "synth", folder, "--class", "chairs", "--objects", 1, "--views", 2, "--size", 32],
+                      ["priors", "plane", folder, "--out", folder, "--normals", "--distances", ablation_data.NEAREST,
+                       ablation_data.FARTHEST]):
+            subprocess.run([VKRUN, *map(str, words)], check=True, stdout=subprocess.DEVNULL)
+        chair = next(path for path, name in ablation_data.objects_of(folder) if name.startswith("train/"))
+        depth, normal, stored = (ablation_data.read_maps(splat, chair, kind)[1][0]
+                                 for kind in ("depth", "normal", "plane"))
+        focal = float((chair / "intrinsics.txt").read_text().split()[0])
+        made = ablation_data.plane_map(splat, depth, normal * 2 - 1, focal)
+        self.assertGreater((stored[..., 3] > 0).mean(), 0.05)
+        same = (np.abs(made - stored) < 1.01 / 255).all(axis=-1)
+        self.assertGreater(same.mean(), 0.99)  # vectors of bytes are rounded otherwise
+
     def test_of_data_in_another_layout_are_refused(self):
         with self.assertRaisesRegex(ablation_data.NotSuitable, "no object in SRN's layout"):
             ablation_data.objects_of(FOLDER / "nothing")

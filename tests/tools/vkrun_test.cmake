@@ -1734,7 +1734,7 @@ function(PlanesAreChannels)
   set(train train --data ${TEMP}/data --out ${TEMP}/run ${small_training} --set data.category=chairs
             --set data.use_pred_plane=true --set opt.iterations=2)
   vkrun(4 ${train})
-  expect("${err}" "maps requested: plane" "chairs_train/000000_chair/plane'" "'vkrun priors plane' makes those of")
+  expect("${err}" "maps requested: plane" "chairs_train/000000_chair/plane'" "'vkrun priors plane' makes plane maps")
   vkrun(0 priors plane ${data} --distances 1.25 2.75 --normals --out ${data})
   vkrun(0 data check ${TEMP}/data)
   expect("${out}" "train \\(srn\\): 3 objects[^\n]*maps: depth normal mask plane; 0 problems")

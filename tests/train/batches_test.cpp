@@ -90,7 +90,7 @@ TEST_F(BatchesTest, DepthsOfTheHeadAreInSceneUnits) {
     EXPECT_LT(least, 0.82F);
 }
 
-/// Those of the input view alone, for a loss that takes them.
+/// A loss takes planes of the input view alone.
 TEST_F(BatchesTest, HaveThePlanesOfTheirInputs) {
     test::put_planes(desc_.path);
     EXPECT_TRUE(need(BatchSource(data(), settings_, kSeed).make(0)).planes.empty());

@@ -185,11 +185,12 @@ def write_planes(splat, objects, place, estimated):
         focal = float((folder / "intrinsics.txt").read_text().split()[0])
         names, depth = read_maps(splat, folder, "depth")
         normals = read_maps(splat, folder, "normal")[1] * 2 - 1
+        surface = (depth > 0).sum()  # estimated maps are shifted
         if estimated:
             depth, _ = estimated_depth(depth, random_of(name, 0))
             normals, _ = estimated_normals(normals, random_of(name, 1))
         maps = np.stack([plane_map(splat, *pair, focal) for pair in zip(depth, normals)])
-        on_planes.append((maps[..., 3] > 0).sum() / max(1, (depth > 0).sum()))
+        on_planes.append((maps[..., 3] > 0).sum() / max(1, surface))
         write_maps(splat, place(folder) / "plane", names, maps)
     return {"share_of_surface_on_planes": round(float(np.mean(on_planes)), 3)}
 

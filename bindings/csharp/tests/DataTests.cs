@@ -82,6 +82,34 @@ namespace Splat.Tests
         }
 
         [Test]
+        private static void ReadsPlanes()
+        {
+            string folder = Shared.PathOf("planes");
+            Dataset.WriteSynthetic(new SyntheticOptions
+            {
+                Path = folder, Resolution = 16, TrainViews = 2, TestViews = 2, TrainObjects = 1,
+            });
+            var map = new Image(16, 16, 4);
+            for (int i = 0; i < 64; ++i) new byte[] { 255, 128, 128, 255 }.CopyTo(map.Data, 4 * i);
+            foreach (string rgb in Directory.GetDirectories(folder, "rgb", SearchOption.AllDirectories))
+            {
+                string planes = Path.Combine(Path.GetDirectoryName(rgb), "plane");
+                Directory.CreateDirectory(planes);
+                foreach (string picture in Directory.GetFiles(rgb))
+                    map.Save(Path.Combine(planes, Path.GetFileName(picture)));
+            }
+            using (var data = new Dataset(folder, new DatasetOptions { Flags = DataFlags.Plane }))
+            {
+                float[] planes = data.Read(0, new[] { 1 }, ViewParts.Planes).Planes;
+                Expect.Equal(5 * 256, planes.Length);
+                Expect.Same(new float[] { 1, 1, 1 },
+                            new[] { planes[0], planes[3 * 256], planes[4 * 256] });
+                Expect.Equal(0f, planes[4 * 256 + 64]);
+                Expect.Equal(null, data.Read(0, new[] { 1 }).Planes);
+            }
+        }
+
+        [Test]
         private static void Exports()
         {
             string path = Shared.PathOf("store");

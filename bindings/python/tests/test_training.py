@@ -56,6 +56,19 @@ class Data(Case):
         np.testing.assert_array_equal(dataset.read(0)["images"].shape, (4, 3, 16, 16))
         self.assertEqual(dataset.check(0)["problems"], [])
 
+    def test_planes(self) -> None:
+        pixels = np.zeros((16, 16, 4), np.uint8)
+        pixels[:4], pixels[4:12] = (255, 128, 128, 255), (0, 128, 128, 51)
+        for rgb in sorted(self.path.rglob("rgb")):
+            (rgb.parent / "plane").mkdir()
+            for picture in rgb.iterdir():
+                splat.Image(pixels).save(rgb.parent / "plane" / picture.name)
+        planes = self.open(plane=True).read(0, [1])["planes"]
+        self.assertEqual(planes.shape, (1, 5, 16, 16))
+        np.testing.assert_allclose(planes[0, :, 0, 0], (1, 128 / 255, 128 / 255, 1, 1), 1e-6)
+        np.testing.assert_allclose(planes[0, :, 4, 0], (0, 128 / 255, 128 / 255, 0.2, 0.5), 1e-6)
+        self.assertEqual(planes[0, :, 12:].max(), 0)
+
     def test_tokens_of_masks(self) -> None:
         masks, names, out = self.folder / "masks", self.folder / "palette", self.folder / "out.npz"
         for split, count, views in (("train", 2, 4), ("val", 1, 3)):

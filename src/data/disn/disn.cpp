@@ -38,6 +38,7 @@ class DisnReader : public ObjectsReader<DisnObject> {
     DisnReader(const ReaderDesc& desc, const DisnParts& parts)
         : ObjectsReader(parts.name, desc, Filter::kBicubic), parts_(parts) {
         index_.has_splits = false;
+        index_.maps &= ~flag_of(MapKind::kPlane);  // the layout has no place for them
     }
 
     Status open();
@@ -121,7 +122,6 @@ Result<bool> DisnReader::add_object(const std::string& below, const std::string&
     SPLAT_TRY(find_maps(MapKind::kDepth, object, names.cameras));
     SPLAT_TRY(find_maps(MapKind::kNormal, object, names.cameras));
     index_.add_lacking(MapKind::kMask, os::text_of(colors));  // they are the images' opacity
-    index_.add_lacking(MapKind::kPlane, os::text_of(folder(map_name(MapKind::kPlane), below)));
     objects_.push_back(std::move(object));
     return true;
 }

@@ -3,11 +3,17 @@
 #include <cstdint>
 #include <span>
 
+#include "core/status.h"
+
 namespace splat::data {
 
 inline constexpr std::uint32_t kPlaneChannels = 5;
 /// Planes of a map; `vkrun priors plane` finds no more.
 inline constexpr std::uint32_t kMostPlanes = 255;
+
+/// Check [height,width,4] of bytes. Errors: kFormat, with the pixel, for more than kMostPlanes planes, and for a plane
+/// whose normal is shorter than 0.5.
+Status check_planes(std::span<const std::uint16_t> map, std::uint32_t width);
 
 /// The channels of planes that a network sees, of a map of planes: (n + 1) / 2 of the plane's normal, its distance,
 /// and its id, (place + 1) / planes of the map. Places count from 0, by descending pixels, then by the first pixel.

@@ -3,8 +3,8 @@
 mod support;
 
 use splat::{
-    config, Batches, Code, Dataset, DatasetDesc, DatasetViews, ExportDesc, ImportDesc,
-    RunEventKind, Trainer, Training, TrainingDesc, TrainingFlags,
+    config, image, Batches, Code, DataFlags, Dataset, DatasetDesc, DatasetViews, ExportDesc,
+    ImageView, ImportDesc, RunEventKind, Trainer, Training, TrainingDesc, TrainingFlags,
 };
 use support::{cars, device, Folder};
 
@@ -92,6 +92,25 @@ fn views_of_a_data_set_are_read() {
     assert!(dataset.read(0, &[99], &mut DatasetViews::default()).is_err());
     let none = Dataset::open(&DatasetDesc { path: Some("no/such".as_ref()), ..Default::default() });
     assert_eq!(none.unwrap_err().code(), Code::NotFound);
+}
+
+#[test]
+fn planes_of_a_data_set_are_read() {
+    let folder = Folder::new("planes");
+    let path = cars(&folder, 1);
+    let object = path.join("srn_cars/cars_train/000000_car");
+    let map: Vec<u8> = [[255, 128, 128, 255].repeat(64), [0; 4].repeat(192)].concat();
+    std::fs::create_dir(object.join("plane")).unwrap();
+    for picture in std::fs::read_dir(object.join("rgb")).unwrap() {
+        let to = object.join("plane").join(picture.unwrap().file_name());
+        image::save(to, ImageView::new(&map, [16, 16], 4).unwrap()).unwrap();
+    }
+    let desc = DatasetDesc { path: Some(&path), flags: DataFlags::PLANE, ..Default::default() };
+    let mut planes = vec![-1.0; 5 * 256];
+    let mut views = DatasetViews { planes: Some(&mut planes), ..Default::default() };
+    Dataset::open(&desc).unwrap().read(0, &[1], &mut views).unwrap();
+    assert_eq!([planes[0], planes[3 * 256], planes[4 * 256]], [1.0; 3]);
+    assert_eq!(planes[4 * 256 + 64..], [0.0; 192]);
 }
 
 #[test]
