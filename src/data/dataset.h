@@ -60,8 +60,8 @@ class Dataset {
     /// Read the cameras of every object, which stay in memory; of more than kMostListed objects, those that checks look
     /// at, and none stay. Errors: those of DatasetReader::cameras.
     Status read_cameras();
-    /// 8-bit samples [R,R,channels] of an image, over the background; planes are those of the nearest pixels. Errors: as
-    /// read().
+    /// 8-bit samples [R,R,channels] of an image, over the background; planes are those of the nearest pixels. Errors:
+    /// those of read().
     Result<ImageCache::Pixels> pixels(std::uint32_t object, std::uint32_t view, MapKind kind);
 
   private:

@@ -48,9 +48,9 @@ Status add_view(std::span<const float> view, std::span<const float> view_to_worl
         const auto place =
             static_cast<std::size_t>(std::ranges::find(known, ids[pixel]) - known.begin());
         if (place == known.size()) {
-            if (place == kMostViewPlanes)
+            if (place == data::kMostPlanes)
                 return invalid("pixel %zu begins plane %zu, expected at most %u planes", pixel,
-                               place + 1, kMostViewPlanes);
+                               place + 1, data::kMostPlanes);
             SPLAT_ASSIGN(const auto normal, normal_at(view, pixels, pixel, view_to_world));
             made.normals.insert(made.normals.end(), normal.begin(), normal.end());
             known.push_back(ids[pixel]);
@@ -103,7 +103,7 @@ Result<ScenePlanes> ScenePlanes::create(vk::Context& context, const config::Mode
             network.output_resolution(), network.positions == kHeadBox ? " anywhere in a box" : "");
     ScenePlanes made(context);
     made.first_ = first;
-    const std::uint32_t planes = kMostViewPlanes * network.views;
+    const std::uint32_t planes = data::kMostPlanes * network.views;
     const auto allocate = [&](vk::Buffer& buffer, std::uint64_t words) -> Status {
         SPLAT_SET(buffer, context.memory().allocate(4 * words, vk::MemoryKind::kDevice,
                                                     "planes of Gaussians"));

@@ -10,9 +10,6 @@
 
 namespace splat::train {
 
-/// Most planes of a view: prior_scores::find_planes gives no more.
-inline constexpr std::uint32_t kMostViewPlanes = 255;
-
 /// Which Gaussians of an object lie on which plane of its input views, in the order of gaussians::PlaneViews: planes of
 /// one view after another, by their first pixels.
 struct PlaneMembers {
@@ -26,7 +23,7 @@ struct PlaneMembers {
 /// view_to_world  [V,4,4] row vectors
 /// per_pixel      Gaussians of a pixel, which follow each other
 /// Errors         kInvalidArgument, with the view and the pixel: numbers that are not finite, a plane without a normal,
-///                more than kMostViewPlanes in a view
+///                more than data::kMostPlanes in a view
 Result<PlaneMembers> plane_members(std::span<const float> channels,
                                    std::span<const float> view_to_world, std::size_t pixels,
                                    std::uint32_t per_pixel);

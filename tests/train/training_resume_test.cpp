@@ -32,11 +32,12 @@ std::vector<std::string> two_stages() {
     return {
         "opt.micro_batch=1",
         "opt.stages=[{iterations: 2, batch_size: 2, loss: l1, target_resolution: 8}, {iterations: "
-        "2, batch_size: 1, base_lr: 2e-3, lambda_edge: 0.1}]",
+        "2, batch_size: 1, base_lr: 2e-3, lambda_edge: 0.1, lambda_plane: 5}]",
         "opt.num_workers=2", "logging.ckpt_iterations=1"};
 }
 
 TEST_F(TrainingResume, GoesOnBitByBitInBothStages) {
+    test::put_planes(cars_.path);
     const auto whole = run(*open(desc("whole", two_stages())));
     std::vector<double> stages, rates;
     for (const Event& event : whole)
@@ -46,6 +47,7 @@ TEST_F(TrainingResume, GoesOnBitByBitInBothStages) {
         }
     EXPECT_EQ(stages, (std::vector<double>{0, 0, 1, 1}));
     EXPECT_EQ(rates, (std::vector<double>{1e-3, 1e-3, 2e-3, 2e-3}));
+    EXPECT_HAS(file("whole", "metrics.jsonl"), "\"plane\":");
     {
         const auto first = open(desc("parts", two_stages()));
         Event event;
