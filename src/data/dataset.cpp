@@ -315,9 +315,7 @@ Status Dataset::read(std::uint32_t object, std::span<const std::uint32_t> views,
         if (view >= all.views_of[object])
             return invalid("view is %u, but object %u ('%s') has %u views", view, object,
                            all.names[object].c_str(), all.views_of[object]);
-    if (out.view_to_world != nullptr || out.quaternions != nullptr || out.focals != nullptr ||
-        out.origin_distances != nullptr)
-        SPLAT_TRY(read_cameras(object, views, out));
+    SPLAT_TRY(read_cameras(object, views, out));
     SPLAT_TRY(read_map(object, views, MapKind::kRgb, out.images, out.levels));
     SPLAT_TRY(read_map(object, views, MapKind::kDepth, out.depths));
     SPLAT_TRY(read_map(object, views, MapKind::kNormal, out.normals));

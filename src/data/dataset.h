@@ -56,6 +56,8 @@ class Dataset {
     ///               data lacks, a missing or damaged file; arrays may then be partly written
     /// Determinism   the same bits with any contents of the cache
     Status read(std::uint32_t object, std::span<const std::uint32_t> views, const ViewArrays& out);
+    /// ViewArrays::planes alone, of views that there are. Errors: those of read().
+    Status read_planes(std::uint32_t object, std::span<const std::uint32_t> views, float* out);
 
     /// Read the cameras of every object, which stay in memory; of more than kMostListed objects, those that checks look
     /// at, and none stay. Errors: those of DatasetReader::cameras.
@@ -73,7 +75,6 @@ class Dataset {
                         const ViewArrays& out);
     Status read_map(std::uint32_t object, std::span<const std::uint32_t> views, MapKind kind,
                     float* out, std::uint8_t* levels = nullptr);
-    Status read_planes(std::uint32_t object, std::span<const std::uint32_t> views, float* out);
 
     std::unique_ptr<DatasetReader> reader_;
     std::uint32_t resolution_;

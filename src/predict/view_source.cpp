@@ -253,7 +253,7 @@ Result<Views> ViewSource::read(std::uint32_t object, std::span<const std::uint32
     const auto seen = numbers.first(inputs);
     if (network_.plane || gives_planes_) {
         maps.planes.resize(inputs * data::kPlaneChannels * pixels);
-        SPLAT_TRY(dataset_->read(object, seen, {.planes = maps.planes.data()}));
+        SPLAT_TRY(dataset_->read_planes(object, seen, maps.planes.data()));
     }
     if (network_.network == config::Network::kLgmUnet) move_origin(network_, views);
     for (std::size_t i = 0; levels && i < inputs * 3 * pixels; ++i)
