@@ -91,7 +91,7 @@ TEST_F(ApiTrainer, TellsLaterWhatStepsDid) {
     splat_trainer_info infos[2] = {sized<splat_trainer_info>(), sized<splat_trainer_info>()};
     infos[1].struct_size -= 8;
     EXPECT_REFUSED(splat_trainer_read(later, infos, 2, &count), kArgument,
-                   "infos[1].struct_size is 128, expected 136");
+                   "infos[1].struct_size is 136, expected 144");
     EXPECT_REFUSED(splat_trainer_read(later, nullptr, 2, &count), kArgument, "infos is NULL");
     infos[1].struct_size += 8;
     EXPECT_EQ(splat_trainer_read(later, infos, 2, &count), SPLAT_INCOMPLETE);
