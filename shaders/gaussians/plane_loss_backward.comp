@@ -3,7 +3,7 @@
 // add up to 0. A Gaussian is on one plane at most. One workgroup computes one plane. Bindings: plane_loss.glsl's;
 // offsets [planes]; grad_loss [1] quad; grad_gaussians [N,3].
 #extension GL_GOOGLE_include_directive : require
-#include "params/plane_loss_params.h"
+#include "params/loss_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "plane_loss.glsl"

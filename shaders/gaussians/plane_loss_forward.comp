@@ -3,7 +3,7 @@
 //   offset_p = mean of n_p . mean_i     partial_p = sum of (n_p . mean_i - offset_p)^2 + |scale_i * (n_p^T R_i)|^2
 // One workgroup computes one plane. Bindings: plane_loss.glsl's; offsets [planes], partial [planes].
 #extension GL_GOOGLE_include_directive : require
-#include "params/plane_loss_params.h"
+#include "params/loss_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "plane_loss.glsl"

@@ -4,7 +4,7 @@
 #define SPLAT_PLANE_LOSS_GLSL
 
 #include "load.glsl"
-#include "params/plane_loss_params.h"
+#include "params/loss_params.h"
 #include "projection_backward.glsl"
 
 QUADS(0, gaussians);

@@ -128,7 +128,7 @@ Result<io::Image> in_bytes(io::Image image, MapKind kind, DepthNumbers numbers) 
                         (image.bits == 16 || numbers == DepthNumbers::kDistance) &&
                         (image.channels == 1 || image.channels == 3);
     if (kind == MapKind::kPlane) {
-        constexpr std::uint16_t kByte = 257;  // of 16 bits
+        constexpr std::uint16_t kByte = 257;  // 16 bits become the byte 1
         for (std::size_t i = 3; image.bits == 16 && i < image.samples.size(); i += 4)
             if (image.samples[i] != 0) image.samples[i] = std::max(image.samples[i], kByte);
         image = reduced_to_bytes(std::move(image));

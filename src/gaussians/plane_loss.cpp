@@ -1,7 +1,6 @@
 #include "gaussians/plane_loss.h"
 
 #include "params/loss_params.h"
-#include "params/plane_loss_params.h"
 #include "vk/launch.h"
 
 namespace splat::gaussians {

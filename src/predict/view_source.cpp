@@ -37,7 +37,7 @@ std::uint32_t maps_of(const config::Settings& settings) {
 /// Channels of an input image besides RGB, of all views that are read.
 struct Maps {
     std::vector<float> depths, normals, masks, distances;
-    std::vector<float> planes;  ///< of the input views alone
+    std::vector<float> planes;  ///< the input views' alone
 
     Maps(const config::ModelConfig& network, std::size_t views, std::size_t pixels)
         : depths((maps_of(network) & data::flag_of(data::MapKind::kDepth)) != 0 ? views * pixels

@@ -149,7 +149,7 @@ TEST_F(ApiTrainer, ComparesTheBatchWithItsConfiguration) {
     batch.planes = nullptr;
     batch.planes_count = 10;
     refused(kArgument, "splat_trainer_batch.planes is NULL, but planes_count is 10");
-    batch.struct_size = offsetof(splat_trainer_batch, planes);  // of a caller who knows no planes
+    batch.struct_size = offsetof(splat_trainer_batch, planes);  // a caller who knows no planes
     EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
     batch.struct_size = sizeof batch;
     batch.planes_count = 0;

@@ -77,7 +77,7 @@ TEST(ApiBatches, GivePlanesToTheirLoss) {
     EXPECT_EQ(info.step, 1U);
     EXPECT_GT(info.plane_loss, 0);
     info.plane_loss = -1;
-    info.struct_size = offsetof(splat_trainer_info, plane_loss);  // of a caller who knows none
+    info.struct_size = offsetof(splat_trainer_info, plane_loss);  // a caller who knows none
     EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
     EXPECT_EQ(info.plane_loss, -1);
     --batch.planes_count;

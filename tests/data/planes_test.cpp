@@ -177,7 +177,7 @@ TEST_F(PlaneMaps, OfTooManyPlanesOrOfShortNormalsAreRefused) {
     const std::uint32_t view = 1;
     EXPECT_OK(open_data(folder_.path())->read(0, {&view, 1}, {.planes = planes.data()}))
         << "no plane, no normal";
-    many.samples[1020 + 1] = 254;  // as the pixel before
+    many.samples[1020 + 1] = 254;  // the pixel before has it, too
     put_png(object_ / "plane/000000.png", many);
     EXPECT_TRUE(need(check_object(*open_data(folder_.path()), 0)).problems.empty());
 }

@@ -171,7 +171,7 @@ def write_edges(splat, objects, place, kind):
 
 
 def plane_map(splat, nearness, normals, focal):
-    """As `vkrun priors plane` writes it: (n + 1) / 2 and the distance as a share of the greatest; 0 without a plane."""
+    """The map of `vkrun priors plane`: (n + 1) / 2, and the distance as a share of the greatest; 0 without a plane."""
     found = splat.planes_from_depth(nearness.astype(np.float32), focal, normals.astype(np.float32),
                                     distances=(NEAREST, FARTHEST))
     distance = found[..., 3:]

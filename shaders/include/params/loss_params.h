@@ -18,8 +18,15 @@ struct LossParams {
     uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
+// The loss of planes of Gaussians.
+struct PlaneLossParams {
+    uint planes;
+    float scale;    // backward: 1 / Gaussians of the scene
+    uint groups_x;  // workgroups per row of the dispatch
+};
+
 #ifdef __cplusplus
-static_assert(sizeof(LossParams) <= 128);
+static_assert(sizeof(LossParams) <= 128 && sizeof(PlaneLossParams) <= 128);
 }
 #endif
 

@@ -63,7 +63,7 @@ Status check_planes(std::span<const std::uint16_t> map, std::uint32_t width) {
 void plane_channels(std::span<const std::uint8_t> map, std::span<float> channels) {
     const std::size_t area = map.size() / 4;
     std::vector<CountedPlane> planes;
-    std::map<std::uint32_t, std::size_t> places;  // of the numbers, in `planes`
+    std::map<std::uint32_t, std::size_t> places;  // places in `planes` by numbers
     std::vector<std::uint32_t> numbers(area);     // 0: no plane
     std::size_t place = 0;
     for (std::size_t i = 0; i < area; ++i) {

@@ -21,7 +21,7 @@ inline constexpr std::size_t kPackedGaussian = 12;
 struct PlaneLossInput {
     std::size_t gaussians = 0;
     std::vector<double> packed;                     ///< [N,12]
-    std::vector<std::vector<std::size_t>> members;  ///< of each plane
+    std::vector<std::vector<std::size_t>> members;  ///< numbers of Gaussians, by plane
     std::vector<Vec3<double>> normals;
 };
 
