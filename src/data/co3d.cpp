@@ -37,7 +37,7 @@ struct FrameArray {
 struct Sequence {
     std::string name;
     fs::path focals;
-    FrameArray arrays[5];  ///< by MapKind; without a path: not there
+    FrameArray arrays[kImageKinds];  ///< by MapKind; without a path: not there
     [[nodiscard]] const FrameArray& of(MapKind kind) const {
         return arrays[static_cast<std::size_t>(kind)];
     }

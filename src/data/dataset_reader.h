@@ -20,6 +20,7 @@ namespace splat::data {
 enum class MapKind : std::uint32_t { kRgb = 0, kDepth = 1, kNormal = 2, kMask = 3, kPlane = 4 };
 inline constexpr MapKind kMaps[] = {MapKind::kDepth, MapKind::kNormal, MapKind::kMask,
                                     MapKind::kPlane};
+inline constexpr std::size_t kImageKinds = 1 + std::size(kMaps);  ///< kinds, with rgb
 const char* map_name(MapKind kind);
 constexpr std::uint32_t channels_of(MapKind kind) {
     if (kind == MapKind::kPlane) return 4;

@@ -86,7 +86,7 @@ struct FolderPhoto {
     StoredView view;
     std::uint32_t width = 0, height = 0;
     std::uint32_t left = 0, top = 0, side = 0;
-    std::array<std::string, 5> maps;  ///< by MapKind; those that the cameras' file names
+    std::array<std::string, kImageKinds> maps;  ///< by MapKind; those that the cameras' file names
 };
 
 using FolderPhotos = std::vector<FolderPhoto>;
@@ -166,8 +166,9 @@ Result<std::vector<ListedCamera>> listed_cameras(const io::CameraSet& set,
 }
 
 /// The paths of the maps that a file of cameras names; empty where it names none. Errors: kNotFound.
-Result<std::array<std::string, 5>> named_maps(const fs::path& folder, const io::CameraMaps& maps) {
-    std::array<std::string, 5> paths;
+Result<std::array<std::string, kImageKinds>> named_maps(const fs::path& folder,
+                                                        const io::CameraMaps& maps) {
+    std::array<std::string, kImageKinds> paths;
     for (const auto& [kind, name] :
          {std::pair{MapKind::kMask, &maps.mask}, {MapKind::kDepth, &maps.depth}}) {
         if (name->empty()) continue;

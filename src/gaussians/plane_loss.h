@@ -27,7 +27,7 @@ struct PlaneViews {
 /// Errors       the recorder's
 /// Precision    a tree of sums in float32; the deviations are as exact as the means
 /// Determinism  bit-exact for any thread count
-/// Source       flatness: Chen et al. 2024, "PGSR", arXiv:2406.06521, section 3.1; here across a plane that is known
+/// Source       flatness: Chen et al. 2024, "PGSR", arXiv:2406.06521; here across a plane that is known
 Status plane_loss_forward(vk::Recorder& recorder, const SetViews& set, const PlaneViews& planes,
                           const vk::BufferView& loss);
 

@@ -12,9 +12,6 @@
 namespace splat::train {
 namespace {
 
-/// Normals of maps have lengths near 1; shorter ones stand for none, as in maps of normals.
-constexpr double kLeastNormal = 0.5;
-
 /// The normal at a pixel of a view, in the axes of the first view.
 Result<std::array<float, 4>> normal_at(std::span<const float> view, std::size_t pixels,
                                        std::size_t pixel, std::span<const float> view_to_world) {
@@ -23,7 +20,7 @@ Result<std::array<float, 4>> normal_at(std::span<const float> view, std::size_t 
         n[k] = 2 * static_cast<double>(view[k * pixels + pixel]) - 1;
         squared += n[k] * n[k];
     }
-    if (squared < kLeastNormal * kLeastNormal)
+    if (squared < data::kLeastNormal * data::kLeastNormal)
         return invalid("pixel %zu is on a plane whose normal has the length %g, expected about 1",
                        pixel, std::sqrt(squared));
     std::array<float, 4> turned{};

@@ -15,9 +15,6 @@ struct CountedPlane {
     std::size_t pixels = 0;
 };
 
-/// Normals of maps have lengths near 1; shorter ones stand for none, as in maps of normals.
-constexpr double kLeastNormal = 0.5;
-
 /// The four bytes of a pixel; 0 without a plane.
 template <class Sample>
 std::uint32_t numbers_of(std::span<const Sample> map, std::size_t pixel) {
@@ -79,13 +76,12 @@ void plane_channels(std::span<const std::uint8_t> map, std::span<float> channels
     std::ranges::sort(planes, [](const CountedPlane& a, const CountedPlane& b) {
         return a.pixels != b.pixels ? a.pixels > b.pixels : a.first < b.first;
     });
-    std::map<std::uint32_t, float> ids;
-    for (std::size_t i = 0; i < planes.size(); ++i)
-        ids[planes[i].numbers] = static_cast<float>(i + 1) / static_cast<float>(planes.size());
+    for (std::size_t i = 0; i < planes.size(); ++i) places[planes[i].numbers] = i;
     float id = 0;
     for (std::size_t i = 0; i < area; ++i) {
         const bool none = numbers[i] == 0;
-        if (!none && (i == 0 || numbers[i] != numbers[i - 1])) id = ids[numbers[i]];
+        if (!none && (i == 0 || numbers[i] != numbers[i - 1]))
+            id = static_cast<float>(places[numbers[i]] + 1) / static_cast<float>(planes.size());
         for (std::size_t c = 0; c < 4; ++c)
             channels[c * area + i] = none ? 0 : static_cast<float>(map[4 * i + c]) / 255.0F;
         channels[4 * area + i] = none ? 0 : id;

@@ -10,9 +10,11 @@ namespace splat::data {
 inline constexpr std::uint32_t kPlaneChannels = 5;
 /// Planes of a map; `vkrun priors plane` finds no more.
 inline constexpr std::uint32_t kMostPlanes = 255;
+/// Normals of maps have lengths near 1; shorter ones stand for none, as in maps of normals.
+inline constexpr double kLeastNormal = 0.5;
 
 /// Check [height,width,4] of bytes. Errors: kFormat, with the pixel, for more than kMostPlanes planes, and for a plane
-/// whose normal is shorter than 0.5.
+/// whose normal is shorter than kLeastNormal.
 Status check_planes(std::span<const std::uint16_t> map, std::uint32_t width);
 
 /// The channels of planes that a network sees, of a map of planes: (n + 1) / 2 of the plane's normal, its distance,
